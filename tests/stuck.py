@@ -1,7 +1,7 @@
-"""Limits the time of a test: a test that waits too long reports where, and its program ends with all processes that it has started.
+"""Limits the time of a test: a test that takes too long reports the place where it waits, and its program ends with all processes that it
+has started.
 
-A test's time-out of ctest would name neither the test nor the line, and processes that hold an end of its pipes
-would continue to run."""
+A time-out of ctest would name neither the test nor the line, and processes that hold an end of a pipe would continue to run."""
 
 import faulthandler
 import os
@@ -10,11 +10,11 @@ import sys
 import threading
 import unittest
 
-SECONDS = 240  # [s] of one test; the longest takes a fraction of it, and no program of tests has less of ctest
+SECONDS = 240  # [s] limit for one test; the longest needs a fraction of it, and ctest allows every program more
 
 
 def descendants(process):
-    """The children of this process, the youngest first. Where the system does not list them, none."""
+    """The children of this process, the youngest first; an empty list if the system does not list them."""
     found = []
     try:
         for thread in os.listdir(f"/proc/{process}/task"):
@@ -46,7 +46,7 @@ def watch(what):
 
 
 class TestCase(unittest.TestCase):
-    """Each test, with its set-up, has that long."""
+    """A test with a time limit, which includes its set-up."""
 
     def run(self, result=None):
         watching = watch(self.id())

@@ -1,4 +1,4 @@
-"""A program of tools/ as a module: its name has a dash and no .py, which `import` does not accept."""
+"""Loads a program of tools/ as a module: its name has a dash and no .py, which `import` does not accept."""
 import importlib.machinery
 import importlib.util
 import pathlib

@@ -1,12 +1,12 @@
-/* Board: for the tests, written after docs/board.md alone. A drive of 48 V and 30 A: F28335 with a 20 MHz
- * crystal, MOSFETs behind inverting gate drivers on ePWM4 to 6, a Hall sensor in each motor lead, mounted so
- * that its output falls with the current. */
+/* A board for the tests, written with docs/board.md as the only source. A drive of 48 V and 30 A: F28335
+ * with a 20 MHz crystal, MOSFETs behind inverting gate drivers on ePWM4 to 6, a Hall sensor in each motor
+ * lead, mounted so that its output falls with the current. */
 #define BOARD_NAME "desk48" /* 1 */
 
 #define BOARD_CRYSTAL_HZ 20000000 /* 2: 20 MHz x 10/2 */
 #define BOARD_SYSCLK_HZ  100000000
 
-#define BOARD_CARRIER_HZ 10000 /* 3: 100 MHz/10000; the longest interrupt takes nine tenths */
+#define BOARD_CARRIER_HZ 10000 /* 3: 100 MHz/10000; the longest interrupt takes nine tenths of the period */
 
 #define BOARD_LEG_A 5 /* 4: GPIO8, 9 */
 #define BOARD_LEG_B 6 /* GPIO10, 11 */
@@ -14,10 +14,10 @@
 
 #define BOARD_GATE_ACTIVE_HIGH 0 /* 5 */
 
-#define BOARD_TRIP_ZONE    6 /* 6: TZ6 = GPIO17, driven both ways by a comparator */
+#define BOARD_TRIP_ZONE    6 /* 6: TZ6 = GPIO17, which a comparator drives high and low */
 #define BOARD_TRIP_PULL_UP 0
 
-#define BOARD_DEAD_BAND_MIN_NS 322 /* 7: 250 ns of the gate driver, 72 ns of skew */
+#define BOARD_DEAD_BAND_MIN_NS 322 /* 7: 250 ns for the gate driver and 72 ns for its skew */
 #define BOARD_DEAD_TIME_NS     400
 #define BOARD_MINIMUM_PULSE_NS 500
 
@@ -47,7 +47,7 @@
 #define BOARD_LED_FAULT      61
 #define BOARD_LED_ACTIVE_LOW 0
 
-/* 15: 4 mohm both ways, since the channel conducts either current */
+/* 15: 4 mohm in both directions, since the channel of a MOSFET conducts current of either sign */
 #define BOARD_TURN_ON_DELAY_NS      120
 #define BOARD_TURN_OFF_DELAY_NS     150
 #define BOARD_IGBT_DROP_MV          0
@@ -76,7 +76,7 @@
 
 #define BOARD_STORE BOARD_STORE_FLASH /* 20 */
 
-#define BOARD_CHOPPER_OUTPUT      58 /* 21: inverting driver; relay of the brake */
+#define BOARD_CHOPPER_OUTPUT      58 /* 21: the chopper has an inverting driver, the brake a relay */
 #define BOARD_CHOPPER_ACTIVE_HIGH 0
 #define BOARD_CHOPPER_CURRENT_MA  40000
 #define BOARD_BRAKE_OUTPUT        59

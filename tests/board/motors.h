@@ -1,12 +1,12 @@
-/* A motor that fits the board, its parameters by the project's rules of thumb, and the board's facts in SI.
- */
+/* A motor that fits the board, with parameters by the rules of docs/motors.md, and the facts of the board
+ * in SI units. */
 #ifndef TESTS_BOARD_MOTORS_H
 #define TESTS_BOARD_MOTORS_H
 
 #include "tests/rig/run.h"
 
 #if BOARD_DC_NOMINAL_MV >= 200000
-/* The paper's Table I in its rig. */
+/* The motor of the paper's Table I with the inertia and friction of its test rig. */
 static const run_motor_t board_motor = {.pole_pairs = 4.0,
                                         .resistance = 0.95,
                                         .inductance = 12.5e-3,
@@ -15,10 +15,10 @@ static const run_motor_t board_motor = {.pole_pairs = 4.0,
                                         .friction = 1.32,
                                         .speed = 1500.0 * RPM,
                                         .bandwidth = 8.0};
-#define BOARD_RATED_TORQUE 5.0 /* [N m] less than current_limit gives */
+#define BOARD_RATED_TORQUE 5.0 /* [N m]; current_limit gives more */
 #elif BOARD_CURRENT_LIMIT_MA >= 60000
-/* The next one in twice the size, of half the impedance: the steps of the sensors of so strong a board are
- * coarse for less. */
+/* The 48 V motor below with twice the current and half the impedance. For a smaller motor the steps of
+ * this board's current sensors would be too coarse. */
 static const run_motor_t board_motor = {.pole_pairs = 4.0,
                                         .resistance = 0.04,
                                         .inductance = 0.1e-3,
@@ -29,10 +29,10 @@ static const run_motor_t board_motor = {.pole_pairs = 4.0,
                                         .bandwidth = 20.0};
 #define BOARD_RATED_TORQUE 3.48
 #else
-/* 48 V, 640 W at 3500 r/min: EMF 21.3 V of the 27.7 V that the link gives a phase; 20 A make 1.74 N m.
- * Inertia and friction with what it drives, a small pump: 2.3 A without load, as the paper's rig takes 1.2 A
- * of its 10. With bearings alone the ripple of the switching, some 2 A at most, would change the
- * current's sign within a period, and the dead time cannot be compensated by sign then. */
+/* 48 V, 640 W at 3500 r/min. The EMF is 21.3 V of the 27.7 V per phase that the link allows; 20 A make
+ * 1.74 N m. Inertia and friction include the load, a small pump, which takes 2.3 A (the paper's rig takes
+ * 1.2 A of its 10 A). With bearing friction alone, the switching ripple of about 2 A would change the sign
+ * of the current within a period, and dead time cannot be compensated by the sign of the current then. */
 static const run_motor_t board_motor = {.pole_pairs = 4.0,
                                         .resistance = 0.08,
                                         .inductance = 0.2e-3,
@@ -52,8 +52,8 @@ static inline double board_torque_per_ampere(void)
     return 1.5 * board_motor.pole_pairs * board_motor.flux_linkage;
 }
 
-/* From power-on to ready: 64 samples settle, 512 are averaged, whatever the carrier. With a speed: on a rotor
- * that turns; friction waits, so that it keeps it. */
+/* From power-on to ready: 64 samples for the settling and 512 for the average, whatever the carrier is. If
+ * a speed is given, the rotor turns at it, and friction is off meanwhile so that the speed remains. */
 static inline void board_to_ready_at(rig_t *rig, double speed)
 {
     const double friction = rig_value(rig, "friction_coulomb");
@@ -64,9 +64,9 @@ static inline void board_to_ready_at(rig_t *rig, double speed)
     run_put(rig, "friction_coulomb", friction);
 }
 
-/* Plant and firmware get the motor, turned by the encoder and at low speed, without it, by the estimate;
- * limits are the board's own. docs/motors.md, "Rules used by `lagless tune`": feed-forward 50 rad/s or 1.6
- * sqrt(p T/J), the PLL four times it. */
+/* Gives the motor to plant and firmware. The drive uses the encoder or the estimate. It uses the estimate
+ * at low speed, too. The limits are those of the board. By the rules in docs/motors.md ("Rules used by
+ * `lagless tune`") the feed-forward has 50 rad/s or 1.6 sqrt(p T/J), and the PLL has four times that. */
 static inline void board_put_motor(rig_t *rig)
 {
     const run_motor_t *m = &board_motor;

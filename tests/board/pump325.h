@@ -1,7 +1,8 @@
-/* Board: for the tests, written after docs/board.md alone. A pump of 2.2 kW on the mains: F28335 control card
- * with a 30 MHz crystal whose serial line is on GPIO35 and 36, an IGBT module with bootstrap gate drivers on
- * ePWM1 to 3, three shunts below the lower switches, an encoder on GPIO50 to 53,
- * a run contact from the plant's control, and an FRAM for the parameters. */
+/* A board for the tests, written with docs/board.md as the only source. A pump of 2.2 kW on the mains:
+ * F28335 control card with a 30 MHz crystal, whose serial line is on GPIO35 and 36. The IGBT module has
+ * bootstrap gate drivers on ePWM1 to 3 and three shunts below the lower switches. The encoder is on GPIO50
+ * to 53. A contact, which the control of the plant closes, enables the drive. An FRAM stores the
+ * parameters. */
 #define BOARD_NAME "pump325" /* 1 */
 
 #define BOARD_CRYSTAL_HZ 30000000 /* 2: 30 MHz x 10/2 */
@@ -18,7 +19,7 @@
 #define BOARD_TRIP_ZONE    3 /* 6: TZ3 = GPIO14, open drain of the module */
 #define BOARD_TRIP_PULL_UP 1
 
-#define BOARD_DEAD_BAND_MIN_NS 1000 /* 7: the module's data sheet */
+#define BOARD_DEAD_BAND_MIN_NS 1000 /* 7: from the data sheet of the module */
 #define BOARD_DEAD_TIME_NS     1500
 #define BOARD_MINIMUM_PULSE_NS 800
 
@@ -70,7 +71,8 @@
 #define BOARD_SERIAL_BAUD 1171875 /* 18 */
 #define BOARD_SERIAL_PINS BOARD_SCIA_GPIO35
 
-#define BOARD_ENABLE_INPUT       49 /* 19: the plant's contact to 3.3 V, pulled down on the board */
+/* 19: the contact connects the pin to 3.3 V; a resistor on the board pulls it down. */
+#define BOARD_ENABLE_INPUT       49
 #define BOARD_ENABLE_ACTIVE_HIGH 1
 #define BOARD_ENABLE_DEBOUNCE_US 3000
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""hal/board.h refuses what cannot be right: each fact of a good board file taken away, and each kind of mistake made in it, ends in
-an error that names docs/board.md and the line of its table. The guide lists what the header checks: the same facts under the same numbers.
-Compilers: CC, and clang where there is one."""
+"""hal/board.h rejects a board file with a mistake. Each fact of a good board file is removed, and each kind of mistake is made in it; the
+compiler must report an error that names docs/board.md and the line of its table. The guide must list the facts that the header checks,
+under the same numbers. The compilers are CC and, if installed, clang."""
 import os
 import pathlib
 import re
@@ -16,14 +16,14 @@ PROJECT = pathlib.Path(__file__).resolve().parents[2]
 HEADERS = (PROJECT / "hal/board.h", PROJECT / "hal/board_check.h")
 GUIDE = PROJECT / "docs/board.md"
 BOARDS = [*sorted((PROJECT / "hal/f28335/boards").glob("*.h")), PROJECT / "tests/board/desk48.h", PROJECT / "tests/board/pump325.h"]
-GOOD = PROJECT / "tests/board/desk48.h"  # states every fact, line 5 too
+GOOD = PROJECT / "tests/board/desk48.h"  # this file states every fact, also the optional one of line 5
 KIT = PROJECT / "hal/f28335/boards/hvmtrpfckit.h"
 CC = shlex.split(os.environ.get("CC", "cc"))
 CLANG = shutil.which("clang")
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
 FACT = re.compile(r"^#define (BOARD_\w+)[ \t]", re.MULTILINE)
 
-# Every macro of the header that firmware, HAL or desk takes a value from.
+# Every macro of the header whose value the firmware, the HAL or the simulation uses.
 USES = """#include "hal/board.h"
 const int uses[] = {BOARD_PERIOD_COUNT, BOARD_DEAD_BAND_MIN, BOARD_SINK_MAX, BOARD_MOTOR_MAX, BOARD_CURRENT_SENSORS,
                     BOARD_ADC_PRESCALE, BOARD_PLL_TIMES, HAL_GATE_ACTIVE_HIGH};
@@ -32,8 +32,8 @@ const float scales[] = {BOARD_CURRENT_RANGE, BOARD_CURRENT_PER_CODE, BOARD_DC_PE
 
 
 def compiled(board, *options, compiler=None, action="-S"):
-    """The messages of the compiler for hal/board.h with this board file; "" if nothing. action -E: the preprocessor alone, a third of
-    the time."""
+    """The messages of the compiler for hal/board.h with this board file; "" if there are none. The action -E runs only the preprocessor,
+    which takes a third of the time."""
     command = [*(compiler or CC), *STRICT, f"-I{PROJECT}", f'-DLAGLESS_BOARD_FILE="{board}"', *options, "-x", "c", "-", action, "-o",
                os.devnull]
     done = subprocess.run(command, input=USES, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
@@ -56,7 +56,7 @@ def with_value(text, name, value):
 
 
 def errors(output):
-    """Line numbers of docs/board.md that the errors of a compilation name, first to last, and the texts."""
+    """The line numbers of docs/board.md that the errors of a compilation name, in their order, and the texts."""
     return [(int(number), text) for number, text in re.findall(r"docs/board\.md, line (\d+): (.*?)\"", output)]
 
 
@@ -73,7 +73,7 @@ class BoardFileTest(unittest.TestCase):
         return compiled(self.file, *options, action=action)
 
     def expect_line(self, number, text, *options, says=""):
-        """The first error has this line of the table and this text."""
+        """The first error names this line of the table and has this text."""
         output = self.output(text, *options, action="-E")
         found = errors(output)
         self.assertTrue(found, f"not refused, or without naming the guide:\n{output}")
@@ -95,10 +95,10 @@ class GoodFiles(BoardFileTest):
                             ("BOARD_CURRENT_C_INPUT", "BOARD_NONE"), ("BOARD_SINK_AT_3V", "93"), ("BOARD_LED_RUN", 87),
                             ("BOARD_SHORT_CIRCUIT_TRIP_MA", 0), ("BOARD_OVERCURRENT_TRIP_MA", 48579),
                             ("BOARD_OVERVOLTAGE_MAX_MV", 70560), ("BOARD_SERIAL_BAUD", 0), ("BOARD_ENABLE_INPUT", "BOARD_NONE"), ("BOARD_ENABLE_INPUT", 87),
-                            ("BOARD_SERIAL_BAUD", 115200), ("BOARD_SERIAL_BAUD", 797193)]:  # by 2 % of it above 781250
+                            ("BOARD_SERIAL_BAUD", 115200), ("BOARD_SERIAL_BAUD", 797193)]:  # the second rate is 2 % above 781250
             with self.subTest(name=name, value=value):
                 self.assertEqual(self.output(with_value(good, name, value)), "")
-        # a divider of 24:1 as a ratio
+        # a divider of 24:1, stated as a ratio
         ratio = with_value(with_value(good, "BOARD_DC_STEP_MV", 24), "BOARD_DC_PIN_MV", 1)
         self.assertEqual(self.output(ratio), "")
         # an eighth of the period at 5999 Hz is 20836 ns
@@ -112,7 +112,7 @@ class MissingFacts(BoardFileTest):
         for path in BOARDS:
             text = path.read_text(encoding="utf-8")
             for name in FACT.findall(text):
-                if name == "BOARD_GATE_ACTIVE_HIGH":  # may be left to the build; the host then takes active high
+                if name == "BOARD_GATE_ACTIVE_HIGH":  # the build may set it instead; the host then assumes active high
                     continue
                 with self.subTest(board=path.name, name=name):
                     self.expect_line(numbers[name], without(text, name), says="missing")
@@ -131,7 +131,7 @@ class MissingFacts(BoardFileTest):
 
 
 class Mistakes(BoardFileTest):
-    # line of the table, what the message says, changed facts
+    # line of the table, part of the message, changed facts
     CASES = [
         (2, "20 to 35 MHz", {"BOARD_CRYSTAL_HZ": 19999000}),
         (2, "20 to 35 MHz", {"BOARD_CRYSTAL_HZ": 36000000}),
@@ -254,7 +254,7 @@ class Mistakes(BoardFileTest):
         self.assertEqual(self.output(text, "-DHAL_GATE_ACTIVE_HIGH=0"), "")
 
     def test_every_message_of_the_header_is_provoked(self):
-        """Each check must have a case here, otherwise a defect of the check would not be detected."""
+        """Each check of the header must have a case here; otherwise a defect of the check would not be detected."""
         tested = {(number, says) for number, says, _ in self.CASES}
         for number, text in errors(header_text()):
             with self.subTest(number=number, text=text):
@@ -278,7 +278,7 @@ class Configuration(unittest.TestCase):
 
 
 def guide_rows():
-    """Line number and cells of each row of the guide's table."""
+    """The line number and the cells of each row in the table of the guide."""
     rows = {}
     for line in GUIDE.read_text(encoding="utf-8").splitlines():
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
@@ -288,8 +288,8 @@ def guide_rows():
 
 
 def guide_facts():
-    """Line of the table that names each fact; `_B_INPUT` after `BOARD_CURRENT_A_INPUT` shares its beginning, `each with
-    _AT_0V` adds an ending."""
+    """The line of the table that names each fact. The table abbreviates: `_B_INPUT` after `BOARD_CURRENT_A_INPUT` replaces its ending, and
+    `each with _AT_0V` adds an ending."""
     facts = {}
     for number, cells in guide_rows().items():
         before = None
@@ -309,7 +309,7 @@ class Guide(unittest.TestCase):
         self.assertEqual(sorted(guide_rows()), list(range(1, 22)))
 
     def test_table_and_header_name_the_same_facts_under_the_same_numbers(self):
-        """The conditions of the header, and the number of the message after each."""
+        """Each condition of the header is compared with the number in the message after it."""
         text = header_text().replace("\\\n", " ")
         asked = {"BOARD_GATE_ACTIVE_HIGH": 5}
         for condition, number in re.findall(r"#if ([^\n]*!defined[^\n]*)\n#error\s*\"docs/board\.md, line (\d+):", text):
@@ -319,7 +319,7 @@ class Guide(unittest.TestCase):
         self.assertEqual(guide_facts(), asked)
 
     def test_messages_name_facts_under_their_own_line(self):
-        """The fact that a message begins with belongs to the line it names."""
+        """The line number in a message is that of the fact with which the message begins."""
         facts = guide_facts()
         for number, text in errors(header_text()):
             first = re.match(r"(BOARD_\w+)", text)
@@ -335,7 +335,7 @@ class Guide(unittest.TestCase):
                     self.assertIn(name, facts)
 
     def test_board_files_number_their_lines_as_the_guide_does(self):
-        """A comment `/* 7: ... */` behind or above a fact names the line that it belongs to."""
+        """A comment `/* 7: ... */` behind or above a fact contains the number of the fact's line in the guide."""
         facts = guide_facts()
         for path in BOARDS:
             text = path.read_text(encoding="utf-8").replace("\\\n", " ")

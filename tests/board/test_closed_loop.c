@@ -1,6 +1,6 @@
-/* A motor that fits the board turns: by the encoder, and by the estimate, on real inverter and sensors.
- * Speeds are shares of the rated one, currents of the board's limit; limits are those of tests/rig.
- */
+/* A motor that fits the board turns, first with the encoder and then with the estimate, on an inverter and
+ * sensors with their real errors. Speeds are given as shares of the rated speed, currents as shares of the
+ * board's limit. The limits are those of tests/rig. */
 #include <math.h>
 #include <stdio.h>
 
@@ -15,11 +15,12 @@ static void expect_at_most(double limit, double value, const char *what)
 
 /* ---- encoder ---- */
 
-/* One step of the speed reference, until the speed control has had the time that torque and inertia need and
- * twenty of its own time constants. At the end, for 0.1 s, the speed within 1/1500 of the rated one; i_d
- * within 3 % of the limit but for the first 5 ms of the step of i_q; no phase current above 1.2 limits. That
- * step is complete up to three windows after the request: until it is seen, until the resulting setpoint
- * acts, and until the end of the straight line to it. */
+/* One step of the speed reference. The test waits for the time that torque and inertia need, and for
+ * twenty time constants of the speed control. Then, for 0.1 s, the speed must be within 1/1500 of the
+ * rated speed. i_d must stay within 3 % of the limit, except in the first 5 ms of the step of i_q; no
+ * phase current may exceed 1.2 times the limit. The step of i_q ends up to three windows after the
+ * request: the medium task reads the request, the new setpoint takes effect, and the straight line to it
+ * ends. */
 static void step_to(rig_t *rig, double from, double to, double load)
 {
     const run_motor_t *m = &board_motor;
@@ -51,7 +52,7 @@ static void step_to(rig_t *rig, double from, double to, double load)
     expect_at_most(1.2, peak / BOARD_LIMIT_AMPERES, "peak of a phase");
 }
 
-/* Voltage that a leg loses by dead time, delays and drops [V], as the mean of a period. */
+/* Mean voltage over a period that a leg loses by dead time, delays and voltage drops [V]. */
 static double leg_loss(void)
 {
     const double effective = (BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS - BOARD_TURN_OFF_DELAY_NS) / 1e9;
@@ -59,10 +60,11 @@ static double leg_loss(void)
            (BOARD_IGBT_DROP_MV + BOARD_DIODE_DROP_MV) / 2e3;
 }
 
-/* Share of the rated speed up to which the link can accelerate the motor at the limit: the circle of
- * V_dc/sqrt(3), less the voltage that the limits of the duties and the losses of the legs take, 4/3 of it in
- * all, holds EMF, resistance and reactance; 3 % are left to the control. It is smaller only if dead time and
- * shortest pulses take a large share of a short period. */
+/* The share of the rated speed up to which the link can accelerate the motor at the current limit. The
+ * available voltage is the circle of V_dc/sqrt(3) less 4/3 of the voltage that the limits of the duties
+ * and the losses of the legs take. It must cover EMF, resistance and reactance, with 3 % left for the
+ * control. The share is below 1 only if dead time and shortest pulses take a large share of a short
+ * period. */
 static double top_share(void)
 {
     const run_motor_t *m = &board_motor;
@@ -105,13 +107,13 @@ static void test_speed_steps_by_the_encoder(void)
 
 /* ---- the estimate ---- */
 
-/* Shares of the rated speed, as far as the link can turn the motor. The last, 1000 r/min of the default
- * board's motor, is there a whole number of samples a turn, an odd number of them in every sixth: the
- * remaining errors of legs and sensors occur at the same angles in each turn. */
+/* Shares of the rated speed; those that the link does not allow are left out. The last is 1000 r/min for
+ * the motor of the default board. There a turn has a whole number of samples, with an odd number in every
+ * sixth of it, so that the remaining errors of legs and sensors occur at the same angles in each turn. */
 static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 0.6753, 0.993, 2.0 / 3.0};
 
-/* The errors that remain after the calibration: those of run_real(), in proportion to the sensors' range
- * where it is more than 20 A. */
+/* The errors that remain after the calibration, as run_real() sets them; for sensors of more than 20 A in
+ * proportion to their range. */
 static void make_real(rig_t *rig)
 {
     const double seen = fmin(BOARD_CURRENT_ZERO_MV, 3000.0 - BOARD_CURRENT_ZERO_MV) *
@@ -123,22 +125,24 @@ static void make_real(rig_t *rig)
 }
 
 #define POINTS 10u
-#define WHOLE  4u /* the share of a whole number */
+#define WHOLE  4u /* this share gives a whole number of samples per turn */
 
-/* Without the encoder: each speed without load and with the rated one, directions in turn. */
+/* Runs without the encoder at one point: each speed without load and with rated load, in alternating
+ * directions. */
 static run_error_t measure(uint32_t point)
 {
     const double reached = fmin(shares[point / 2u], top_share());
     const double share = (point + point / 2u) % 2u != 0u ? -reached : reached;
     const double load = point % 2u != 0u ? BOARD_RATED_TORQUE : 0.0;
-    /* A slow rotor is loaded where the speed control can hold it, and slowed down then. */
+    /* At a low speed the load is put on where the speed control can hold the rotor; then the motor slows
+     * down. */
     const double loading = copysign(fmax(fabs(share), 0.2), share);
     rig_t *rig = run_rig(7);
     board_put_motor(rig);
     board_to_ready_at(rig, loading * board_motor.speed);
     make_real(rig);
     run_on(rig, loading * BOARD_RATED_RPM);
-    run_seconds(rig, 0.1); /* a catch at once would be a surge of e T_s/L a period */
+    run_seconds(rig, 0.1); /* catching at the full speed would raise the current by e T_s/L each period */
     run_parameter(rig, "position_source", 1.0);
     run_seconds(rig, 0.2);
     run_load(rig, load, 1.0);
@@ -156,13 +160,14 @@ static run_error_t measure(uint32_t point)
     return err;
 }
 
-/* Every gate edge, the board's own dead time, delays, drops, ADC. What a leg loses grows with the carrier,
- * and at the lowest speed, where it is as large as the EMF, so does what is uncertain of it: the limits there
- * are for the 8 V that the default board's legs lose at 10 kHz while the EMF is as large. Where the
+/* The limits hold on the inverter with every gate edge and the board's own dead time, delays and drops,
+ * and with the ADC. The voltage that a leg loses grows with the carrier, and so does its uncertain part.
+ * At the lowest speed that voltage is as large as the EMF. The limits there are those for the default
+ * board at 10 kHz, whose legs lose 8 V. If the
  * legs lose more than that, the SD under load has a long tail: 41 seeds on igbt_540v_30a have 6.6 +- 3.2
- * mrad, two of them 14.6 and 20.4, and the limit is 1.3 times the largest. With a whole number of samples per
- * turn the mean under load is twice as large as near such a speed, 1.7 to 2.1 mrad over 16 seeds on the
- * default board; the limit is 1.5 times this. */
+ * mrad, two of them 14.6 and 20.4 mrad, and the limit is 1.3 times the largest. At a speed with a whole
+ * number of samples per turn the mean under load is twice as large as at neighbouring speeds: 1.7 to 2.1 mrad
+ * over 16 seeds on the default board. The limit is 1.5 times this. */
 static void test_real_inverter_and_sensors_keep_the_limits(void)
 {
     const double slow_emf = board_motor.flux_linkage * board_motor.pole_pairs * board_motor.speed * shares[0];

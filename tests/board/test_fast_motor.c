@@ -1,5 +1,6 @@
-/* The fastest motor that a carrier allows: 0.3 rad of electrical angle a sample, 950 Hz at 20 kHz, without
- * the encoder, on real inverter and sensors; ideal ones: tests/rig/test_sensorless_ideal.c. */
+/* The fastest motor that a carrier allows, with an electrical angle of 0.3 rad per sample (950 Hz at 20
+ * kHz), runs without the encoder on an inverter and sensors with their real errors.
+ * tests/rig/test_sensorless_ideal.c has the ideal ones. */
 #include <math.h>
 
 #include "tests/rig/run.h"
@@ -7,7 +8,7 @@
 #define TOP    (0.3 / RIG_PERIOD_SECONDS) /* [rad/s] electrical */
 #define LOADED 3.0                        /* [A] of i_q */
 
-/* Its EMF takes 0.6 of the voltage that the link gives at the top speed. */
+/* The EMF is 0.6 of the voltage that the link allows at the top speed. */
 static run_motor_t fast_motor(void)
 {
     const double emf = 0.6 * BOARD_DC_NOMINAL_MV / 1e3 / sqrt(3.0);
@@ -58,17 +59,18 @@ static run_error_t error_at(double share, double amperes)
 
 #define POINTS 16u
 
-/* The last speed is near a whole number of samples per turn, 21, with which an error repeats in each turn.
- */
+/* The last speed is close to a whole number of samples per turn, 21, so that an error repeats in each
+ * turn. */
 static double share_of(uint32_t point)
 {
     static const double shares[] = {0.25, 0.5, 0.75, 1.02};
     return (point % 2u != 0u ? -1.0 : 1.0) * shares[point / 4u];
 }
 
-/* Without load the current is 1.6 A, not much more than its ripple, and what is left grows with the
- * speed: 1.4 us of angle at the top. Over seven seeds the largest mean is 8.4 mrad without load and 4.6
- * with it, the largest SD 2.0 and the largest peak 13.1 mrad; the limits are a quarter larger. */
+/* Without load the current is 1.6 A, not much more than its ripple. The error that remains grows with the
+ * speed, by 1.4 us of angle at the top. Over seven seeds the largest mean is 8.4 mrad without load and 4.6
+ * mrad with it, the largest SD 2.0 mrad and the largest peak 13.1 mrad; the limits are 1.25 times these
+ * values. */
 static void test_real_inverter_and_sensors_leave_a_hundredth_of_a_radian(void)
 {
     grid_t grid = grid_of("real, fast", POINTS);

@@ -1,6 +1,6 @@
-/* The drive gets the quantities whose voltages are at the board's pins: chip, HAL and the conversions of
- * the app, with voltages as inputs. The expected values are calculated here from the lines of the board file
- * as docs/board.md explains them, in double precision. */
+/* Voltages at the pins of the board must arrive in the drive as the right quantities. The path under test
+ * is the chip, the HAL and the conversions of the application. The expected values are calculated here
+ * from the lines of the board file as docs/board.md explains them, in double precision. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,7 +15,7 @@
 #define CODE   (FULL / 4096.0) /* [V] */
 #define INPUTS 16
 
-/* Half a code, and the rounding of single precision for numbers of some thousand codes. */
+/* Half a code, and 0.2 % of it for the rounding of single precision at some thousand codes. */
 #define HALF_CODE (0.5 * 1.002)
 
 static chip_t chip;
@@ -67,7 +67,7 @@ void setUp(void)
     const hal_config_t config = {HAL_DEAD_BAND_MAX, 9999u, on_sample, on_medium, on_trip, NULL};
     position = 0;
     for (uint32_t n = 0; n < INPUTS; n++) {
-        volts[n] = 0.1 + 0.17 * n; /* each another, so that a wrong input shows */
+        volts[n] = 0.1 + 0.17 * n; /* all differ, so that a wrong input is detected */
     }
     chip_power_on(&chip, BOARD_CRYSTAL_HZ);
     chip_bind(&chip, &world);
@@ -79,13 +79,13 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT32(0u, chip_report_total(&chip));
 }
 
-/* The sample of a period in which only the present voltages were applied. */
+/* The sample of a period during which only these voltages were applied. */
 static void take_sample(void)
 {
     chip_run(chip_now(&chip) + 3u * CHIP_TICKS_PER_SECOND / BOARD_CARRIER_HZ);
 }
 
-/* A straight line from 0 V to 3 V at the pin. */
+/* A quantity that is a straight line from 0 V to 3 V at the pin. */
 typedef struct {
     double at_0v, at_3v;
 } line_t;
@@ -102,7 +102,8 @@ static line_t line_of(double zero_mv, double step_milli, double step_mv)
                     (3000.0 - zero_mv) * step_milli / step_mv / 1e3};
 }
 
-/* Five points over the range, each with the largest offset from the middle of a code on both sides. */
+/* Tests five points over the range, each at the largest offset from the middle of a code in both
+ * directions. */
 static void expect_line(const char *what, uint32_t input, line_t line, const float *sample)
 {
     const double limit = HALF_CODE * fabs(line.at_3v - line.at_0v) / 4096.0;
@@ -135,7 +136,7 @@ static void test_currents_are_those_at_the_pins_from_end_to_end(void)
 #endif
 }
 
-/* A third sensor is read by itself; without one current c closes the sum. */
+/* A third sensor is read by itself; without one, current c is minus the sum of a and b. */
 static void test_current_c_of_two_sensors_closes_the_sum(void)
 {
     volts[BOARD_CURRENT_A_INPUT] = 1.1;
@@ -160,7 +161,7 @@ static void test_dc_link_is_that_at_the_pin_from_end_to_end(void)
     expect_line("link", BOARD_DC_INPUT, line_of(0.0, BOARD_DC_STEP_MV, BOARD_DC_PIN_MV), &got.u_dc);
 }
 
-/* "No sensor" is colder than anything. */
+/* The value for "no sensor" is colder than any temperature. */
 static void test_temperatures_are_those_at_the_pins_or_absent(void)
 {
 #if BOARD_SINK_INPUT != BOARD_NONE
@@ -179,7 +180,7 @@ static void test_temperatures_are_those_at_the_pins_or_absent(void)
 #endif
 }
 
-/* Inputs that the board does not name may carry anything. */
+/* Inputs that the board does not name may have any voltage. */
 static void test_other_inputs_do_not_matter(void)
 {
     static const uint32_t wired[] = {BOARD_CURRENT_A_INPUT, BOARD_CURRENT_B_INPUT, BOARD_CURRENT_C_INPUT,
@@ -199,7 +200,8 @@ static void test_other_inputs_do_not_matter(void)
 
 /* ---- digital pins ---- */
 
-/* The encoder's four pins, as line 13 names them, belong to the eQEP; those of the other places do not. */
+/* The four pins that line 13 names for the encoder are assigned to the eQEP; the pins of the other
+ * possible encoder places are not. */
 static uint32_t function_of(uint32_t pin)
 {
     const volatile gpio_control_regs_t *port = GPIO_CONTROL(pin / 32u);
@@ -231,7 +233,7 @@ static void test_encoder_is_counted_from_its_pins(void)
     TEST_ASSERT_EQUAL_UINT32(9990u, got.encoder);
 }
 
-/* The fault line: TZ1 to 4 are function 1 of GPIO12 to 15, TZ5 and 6 function 3 of GPIO16 and 17. */
+/* Input of the fault line: TZ1 to 4 are function 1 of GPIO12 to 15, TZ5 and 6 function 3 of GPIO16 and 17. */
 static void test_fault_line_is_a_trip_input_with_the_requested_pull_up(void)
 {
     const uint32_t pin = 11u + BOARD_TRIP_ZONE;
@@ -241,7 +243,7 @@ static void test_fault_line_is_a_trip_input_with_the_requested_pull_up(void)
 #endif
 }
 
-/* The level that line 19 names enables; an open wire does not. */
+/* The level that line 19 names enables the drive; an open wire does not. */
 static void test_enable_input_is_read_at_its_pin_and_off_with_an_open_wire(void)
 {
 #if BOARD_ENABLE_INPUT != BOARD_NONE

@@ -1,7 +1,7 @@
-/* The signals of the gates' pins, and the instants at which the currents are sampled: carrier, dead band,
- * zero vector, clamps, the timing contract. First the HAL alone with a world that records everything, then
- * the drive. Every expectation is put together here from the board file's lines as docs/board.md explains
- * them. */
+/* The signals at the gate pins, and the instants at which the currents are sampled: carrier, dead band,
+ * zero vector, limits of the pulses, timing contract. The HAL is tested alone first, above a chip whose
+ * outputs are all recorded, then with the drive. All expected values are computed here from the lines of
+ * the board file as docs/board.md explains them. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,14 +15,14 @@
 #define CYCLE (1.0 / BOARD_SYSCLK_HZ) /* [s] */
 #define NS    1e-9
 
-/* Edges are reported in whole ticks: at 100 MHz an odd number of cycles is half a tick off. */
+/* Edges are reported in whole ticks: at 100 MHz an odd number of cycles is rounded by half a tick. */
 #define TICK_OFF (0.51 * TICK)
 
 #define EDGES 40000u
 
 typedef struct {
     uint64_t tick;
-    uint32_t on; /* bit 2n upper, 2n + 1 lower switch of leg n = a, b, c */
+    uint32_t on; /* bit 2n is the upper, bit 2n + 1 the lower switch of leg n = a, b, c */
 } edge_t;
 
 static edge_t edge[EDGES];
@@ -38,7 +38,8 @@ static void add_edge(uint64_t tick, uint32_t on)
 #define UPPER(leg) (1u << (2u * (leg)))
 #define LOWER(leg) (2u << (2u * (leg)))
 
-/* The switch that the board's zero vector turns on, and the other. */
+/* The switch of a leg that conducts in the zero vector in which the board samples, and the other switch of
+ * the leg. */
 #if BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR
 #define ZERO_SWITCH(leg)  UPPER(leg)
 #define OTHER_SWITCH(leg) LOWER(leg)
@@ -57,7 +58,7 @@ static bool turns_on(uint32_t n, uint32_t sw)
     return n > 0u && (edge[n - 1u].on & sw) == 0u && (edge[n].on & sw) != 0u;
 }
 
-/* Last turn-off of a switch at or before this tick, and the first after it; 0: none on record. */
+/* The last turn-off of a switch at or before this tick, and the first after it; 0 if none is recorded. */
 static uint64_t off_before(uint32_t sw, uint64_t tick)
 {
     uint64_t found = 0;
@@ -77,7 +78,7 @@ static uint64_t off_after(uint32_t sw, uint64_t tick)
     return 0;
 }
 
-/* When the switch that is on at this tick turned on; UINT64_MAX: it is off. */
+/* The time at which the switch that is on at this tick turned on; UINT64_MAX if it is off. */
 static uint64_t on_since(uint32_t sw, uint64_t tick)
 {
     uint64_t since = UINT64_MAX;
@@ -87,7 +88,8 @@ static uint64_t on_since(uint32_t sw, uint64_t tick)
     return since;
 }
 
-/* Never both switches of a leg; from each turn-off to the partner's turn-on as long as this at least [s]. */
+/* The two switches of a leg are never on together, and from each turn-off to the turn-on of the other
+ * switch it takes at least this time [s]. */
 static void expect_dead_band(double least, double most)
 {
     double shortest = (double)INFINITY;
@@ -124,8 +126,8 @@ static void expect_dead_band(double least, double most)
 static chip_t chip;
 static uint16_t compare[3];
 static bool want_on;
-static uint64_t asked[16]; /* when each input was last sampled */
-static uint64_t hold[3];   /* of currents a, b, c, for the last interrupt */
+static uint64_t asked[16]; /* tick at which each input was last sampled */
+static uint64_t hold[3];   /* tick at which currents a, b, c were held for the last interrupt */
 
 static double analog(void *context, uint64_t tick, uint32_t channel)
 {
@@ -134,7 +136,7 @@ static double analog(void *context, uint64_t tick, uint32_t channel)
     return 1.0;
 }
 
-/* Pins to switches by lines 4 and 5: ePWMn is GPIO 2n - 2 (upper) and 2n - 1 (lower). */
+/* Assigns the pins to switches by lines 4 and 5: ePWMn has GPIO 2n - 2 (upper) and 2n - 1 (lower). */
 static void gates(void *context, uint64_t tick, uint32_t level, uint32_t driven)
 {
     static const uint32_t legs[3] = {BOARD_LEG_A, BOARD_LEG_B, BOARD_LEG_C};
@@ -147,7 +149,7 @@ static void gates(void *context, uint64_t tick, uint32_t level, uint32_t driven)
         sorted |= (on >> (2u * legs[leg] - 1u) & 1u) * LOWER(leg);
         others &= ~(3u << (2u * legs[leg] - 2u));
     }
-    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0u, others, "a pin of another module moves");
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0u, others, "a pin of another module has changed");
     add_edge(tick, sorted);
 }
 
@@ -193,7 +195,8 @@ static void run_periods(uint32_t periods)
 /* Legs a, b, c at these shares of the period, gates on. */
 static void switch_at(double a, double b, double c)
 {
-    const double full = 0.5 * BOARD_SYSCLK_HZ / BOARD_CARRIER_HZ; /* [cycles] to a few */
+    /* [cycles] half of a period, within a few cycles. */
+    const double full = 0.5 * BOARD_SYSCLK_HZ / BOARD_CARRIER_HZ;
     compare[0] = (uint16_t)(a * full + 0.5);
     compare[1] = (uint16_t)(b * full + 0.5);
     compare[2] = (uint16_t)(c * full + 0.5);
@@ -215,7 +218,8 @@ void setUp(void)
     run_periods(3u);
 }
 
-/* Line 3: the nearest period that is whole in ADC clocks, SYSCLK/2n of 25 MHz at most. */
+/* Line 3: the period is the nearest one that is a whole number of ADC clocks, which have SYSCLK/2n and at
+ * most 25 MHz. */
 static void test_gates_switch_at_the_requested_carrier(void)
 {
     const double adc_clock = 2.0 * ceil(BOARD_SYSCLK_HZ / 50e6) * CYCLE;
@@ -242,13 +246,13 @@ static void test_dead_band_is_kept_at_every_edge(void)
     expect_dead_band(BOARD_DEAD_TIME_NS * NS, BOARD_DEAD_TIME_NS * NS + CYCLE);
 }
 
-/* Currents a and b are held at once, in the middle of the zero vector, that is between the turn-offs that
- * begin and end it: those are what no dead band shifts. */
+/* Currents a and b are held at the same time, in the middle of the zero vector. It is measured between the
+ * turn-offs that begin and end it, because no dead band shifts a turn-off. */
 static void expect_hold_in_the_middle(double a, double b, double c)
 {
     switch_at(a, b, c);
     TEST_ASSERT_EQUAL_UINT64(hold[0], hold[1]);
-    /* The zero vector around the last hold ends after the interrupt. */
+    /* The zero vector of the last hold ends only after the interrupt. */
     const uint64_t at = hold[0];
     run_periods(1u);
     for (uint32_t leg = 0; leg < 3u; leg++) {
@@ -270,7 +274,8 @@ static void test_currents_are_held_in_the_middle_of_the_zero_vector(void)
     expect_hold_in_the_middle(0.72, 0.41, 0.26);
 }
 
-/* The third sensor is held a pair of conversions later, 7 ADC clocks: still in the same zero vector. */
+/* The third sensor is held one pair of conversions later, after 7 ADC clocks, still in the same zero
+ * vector. */
 static void test_current_c_is_held_in_the_same_zero_vector(void)
 {
 #if BOARD_CURRENT_C_INPUT == BOARD_NONE
@@ -300,7 +305,7 @@ static uint64_t now_of(rig_t *rig)
     return RIG_PERIOD_TICKS * rig_period(rig);
 }
 
-/* On, by the encoder, at this share of the rated speed. */
+/* Turns on the drive with the encoder at this share of the rated speed. */
 static rig_t *turning(double share, double load)
 {
     rig_t *rig = rig_create(71);
@@ -314,9 +319,9 @@ static rig_t *turning(double share, double load)
     return rig;
 }
 
-/* A winding through which the DC link drives a fifth of the current limit or more, less would be taken for a
- * broken wire, at a shaft that is turned: the current never comes, the voltage goes to its end, and in one
- * turn every leg to both of its clamps. */
+/* A very large inductance at a shaft that is turned: the requested current is never reached, the voltage
+ * goes to its limit, and in one turn every leg reaches both limits of its duty. The DC link still drives a
+ * fifth of the current limit through the winding, because less would be reported as a broken wire. */
 static void expect_clamps(double dead_time)
 {
     const double turn = 2.0 * 3.14159265358979 / (board_motor.pole_pairs * 0.2 * board_motor.speed);
@@ -326,7 +331,8 @@ static void expect_clamps(double dead_time)
     board_put_motor(rig);
     run_parameter(rig, "dead_time", dead_time);
     run_put(rig, "plant.resistance", fmin(100.0, 3.0 * BOARD_DC_NOMINAL_MV / 1e3 / BOARD_LIMIT_AMPERES));
-    run_put(rig, "current_noise", 0.02); /* two codes: by chance a value stays for 7 periods once in 1e6 */
+    /* Two codes of noise; the same value occurs in 7 successive periods with a probability of 1e-6. */
+    run_put(rig, "current_noise", 0.02);
     run_put(rig, "shaft_locked", 1.0);
     run_put(rig, "shaft_locked_speed", 0.2 * board_motor.speed);
     board_to_ready_at(rig, 0.0);
@@ -360,14 +366,14 @@ static void expect_clamps(double dead_time)
                 pulse = on[1] != 0u ? fmin(pulse, (double)(edge[n].tick - on[1]) * TICK) : pulse;
                 lower_off = edge[n].tick;
             }
-            /* The upper command lasts from one turn-off to the other. */
+            /* The command of the upper switch lasts from one turn-off to the other. */
             if (turns_off(n, UPPER(leg)) && lower_off > 0u) {
                 largest = fmax(largest, (double)(edge[n].tick - lower_off) * TICK);
                 smallest = fmin(smallest, (double)(edge[n].tick - lower_off) * TICK);
             }
         }
     }
-    /* Line 7 and line 10. A duty is a whole number of counts, two cycles of the period each. */
+    /* Lines 7 and 10. A duty is a whole number of counts, each two cycles of the period. */
     double duty_end = RIG_PERIOD_SECONDS - dead_time - shortest_pulse;
     if (BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR) {
         duty_end = fmin(duty_end, RIG_PERIOD_SECONDS - 2.0 * (settled + dead_time));
@@ -378,7 +384,8 @@ static void expect_clamps(double dead_time)
     TEST_ASSERT_DOUBLE_WITHIN(2.01 * CYCLE + TICK_OFF, duty_end, largest);
     TEST_ASSERT_DOUBLE_WITHIN(2.01 * CYCLE + TICK_OFF, dead_time + shortest_pulse, smallest);
 
-    /* Line 10: all lower switches are on at every t_k, the last of them for as long as the shunts need. */
+    /* Line 10: all lower switches are on at every t_k, and the last of them has been on for as long as the
+     * shunts need. */
     if (BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR) {
         double least = (double)INFINITY;
         for (uint64_t at = from + 2u * RIG_PERIOD_TICKS; at < to; at += RIG_PERIOD_TICKS) {
@@ -399,14 +406,14 @@ static void test_at_full_voltage_pulses_and_shunts_have_their_time(void)
     expect_clamps(BOARD_DEAD_TIME_NS * NS);
 }
 
-/* The demand itself, which may be no whole number of cycles. */
+/* The shortest dead time is compared with the demand itself, which need not be a whole number of cycles. */
 static void test_the_shortest_dead_time_is_not_less_than_the_demand(void)
 {
     expect_clamps(BOARD_DEAD_BAND_MIN_NS * NS * 1.000001);
 }
 
-/* The voltage of the command of period k acts from t_k+1 to t_k+2: the two edges of each leg's pulse that
- * no dead band shifts are at the times of that command's duties. */
+/* The voltage of the command of period k acts from t_k+1 to t_k+2. No dead band shifts the two turn-offs
+ * of each leg's pulse; they must be at the times that follow from the duties of that command. */
 static void test_what_period_k_commands_acts_in_the_next_period_and_no_other(void)
 {
     static const char *const names[3] = {"duty_a", "duty_b", "duty_c"};
@@ -419,7 +426,7 @@ static void test_what_period_k_commands_acts_in_the_next_period_and_no_other(voi
     for (uint32_t k = 0; k < 400u; k++) {
         for (uint32_t leg = 0; leg < 3u; leg++) {
             before[leg] = duty[leg];
-            duty[leg] = rig_value(rig, names[leg]); /* of the last period */
+            duty[leg] = rig_value(rig, names[leg]); /* duties of the last period */
         }
         const uint64_t begin = now_of(rig);
         edges = 0;
@@ -457,9 +464,9 @@ static void test_what_period_k_commands_acts_in_the_next_period_and_no_other(voi
     rig_free(rig);
 }
 
-/* A sample is the true value at t_k within the ADC's step: half a step of rounding, half a step of the
- * measured zero. Current c of a third sensor is of 7 ADC clocks later, in which the current moves as EMF and
- * drop drive it through the short circuit of the zero vector. */
+/* A sample is the true value at t_k within the step of the ADC: half a step of rounding and half a step of
+ * the measured zero. A third sensor samples current c 7 ADC clocks later; in that time EMF and voltage
+ * drop move the current, because the zero vector is a short circuit. */
 static void test_samples_are_the_currents_of_t_k(void)
 {
     static const char *const names[3][2] = {{"i_a", "true_i_a"}, {"i_b", "true_i_b"}, {"i_c", "true_i_c"}};
@@ -484,14 +491,15 @@ static void test_samples_are_the_currents_of_t_k(void)
     run_expect_no_fault(rig);
     TEST_ASSERT_TRUE(sqrt(square[0]) <= code);
     TEST_ASSERT_TRUE(sqrt(square[1]) <= code);
-    /* two sensors: c is minus the sum of a and b, and has both errors */
+    /* with two sensors c is minus the sum of a and b, and has the errors of both */
     TEST_ASSERT_TRUE(sqrt(square[2]) <=
                      (BOARD_CURRENT_C_INPUT == BOARD_NONE ? 2.0 * code : code + slope * later));
     rig_free(rig);
 }
 
-/* Line 17: where upper gates are charged through the lower switches, each of those is on for this time before
- * its partner turns on, from the first gate on; and this causes no fault, at standstill or at rated speed. */
+/* Line 17: where the upper gates are charged through the lower switches, each lower switch is on for this
+ * time before the upper one turns on for the first time. The charging causes no fault, at standstill or at
+ * rated speed. */
 static void test_lower_switches_charge_the_upper_gates(void)
 {
 #if BOARD_GATE_CHARGE_US == 0
@@ -520,7 +528,7 @@ static void test_lower_switches_charge_the_upper_gates(void)
                    "abc"[leg], charged * 1e6, BOARD_GATE_CHARGE_US, peak);
             TEST_ASSERT_TRUE(lower != 0u && upper > lower);
             TEST_ASSERT_TRUE(fast != 0 ||
-                             charged >= BOARD_GATE_CHARGE_US * 1e-6); /* shorter where current flows */
+                             charged >= BOARD_GATE_CHARGE_US * 1e-6); /* shorter if the rotor turns */
             TEST_ASSERT_TRUE(charged <= BOARD_GATE_CHARGE_US * 1e-6 + 4.0 * RIG_PERIOD_SECONDS);
         }
         run_expect_no_fault(rig);

@@ -1,5 +1,6 @@
-/* Ranges and defaults follow the board: a set beyond the range of the sensors or the limits of the power
- * stage is refused, with the name and the range of the parameter; the defaults are accepted. */
+/* Ranges and defaults follow the board. A set beyond the range of the sensors or the limits of the power
+ * stage is refused, and the message contains the name and the range of the parameter. The defaults are
+ * accepted. */
 #include <math.h>
 #include <string.h>
 
@@ -17,7 +18,7 @@ void setUp(void)
     memset(&why, 0, sizeof why);
 }
 
-/* What the sensors see in both directions [A], line 9. */
+/* The range of the current sensors that is valid in both directions [A], line 9. */
 static double seen(void)
 {
     return fmin(BOARD_CURRENT_ZERO_MV, 3000.0 - BOARD_CURRENT_ZERO_MV) * fabs((double)BOARD_CURRENT_STEP_MA) /
@@ -50,11 +51,10 @@ static void test_defaults_are_the_board_s_and_a_good_set(void)
                             params.device_resistance);
 }
 
-/* A value beyond the end of each row that follows the board, with the range that is reported, and one within
- * it. The current limit is four fifths of the sensors' range, and less than the trip, which is 95 % of that
- * range. The register of the dead time holds 1023 cycles. A temperature beyond the sensor's line would never
- * trip.
- */
+/* For each parameter whose range depends on the board: a value beyond each end, with the range that is
+ * reported, and a value within it. The current limit is four fifths of the sensors' range and below the
+ * trip, which is 95 % of that range. The register of the dead time holds 1023 cycles. A temperature beyond
+ * the range of the sensor could never trip. */
 static void test_ranges_follow_sensors_stage_and_module(void)
 {
     const double limit = fmin(0.8 * seen(), BOARD_OVERCURRENT_TRIP_MA / 1.2e3);
@@ -63,7 +63,8 @@ static void test_ranges_follow_sensors_stage_and_module(void)
     const double motor = fmin(145.0, fmax(BOARD_MOTOR_AT_0V, BOARD_MOTOR_AT_3V));
     const struct {
         const char *row;
-        double beyond, min, max, within; /* within: NAN where another row would have to follow */
+        /* Within is NAN if another parameter would have to change with this one. */
+        double beyond, min, max, within;
     } rows[] = {{"current_limit", 0.81 * seen(), 0.1, limit, NAN},
                 {"overcurrent_trip", 0.96 * seen(), 1.2 * BOARD_CURRENT_LIMIT_MA / 1e3, 0.95 * seen(),
                  0.9499 * seen()},
@@ -74,7 +75,7 @@ static void test_ranges_follow_sensors_stage_and_module(void)
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         const table_row_t *const row = table_by_name(&params_table, rows[n].row);
         params_defaults(&params);
-        params.low_speed_current = 0.0f; /* another rule checks that a current is needed */
+        params.low_speed_current = 0.0f; /* another rule requires a current */
         params.turn_off_delay = 0.0f;
         table_set(row, &params, (float)rows[n].beyond);
         expect_refused(rows[n].row, rows[n].beyond, rows[n].min, rows[n].max);

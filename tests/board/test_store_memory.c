@@ -1,5 +1,5 @@
-/* Parameters in a memory on the I2C bus, through the whole ring: orders, background, HAL, I2C-A, an EEPROM or
- * an FRAM, and its supply. */
+/* Parameters are kept in a memory on the I2C bus. The test runs the whole simulation: orders, background
+ * task, HAL, I2C-A, and an EEPROM or FRAM with its supply. */
 #include "app/keeping.h"
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
@@ -41,7 +41,7 @@ static void expect(const char *row, const char *choice)
     TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(table_choice(rig_row_by_name(row), choice), rig_value(rig, row), choice);
 }
 
-/* A set of another motor each time, saved as far as the power lasts. */
+/* Begins to save a set, which belongs to another motor each time; the save lasts until the power fails. */
 static params_t begin_to_save(uint32_t number)
 {
     run_put(rig, "motor_resistance", 0.5 + 0.001 * (double)(number % 1000u));
@@ -95,7 +95,8 @@ static void test_a_saved_set_runs_after_the_supply_was_off(void)
     TEST_ASSERT_EQUAL_UINT32(0u, chip_report_total(chip()));
 }
 
-/* No section of the save keeps the interrupt away, the link is served, and the drive may be switched on. */
+/* No part of a save blocks the interrupt. During a save the serial line is served, and the drive may be
+ * switched on. */
 static void test_the_drive_runs_while_a_set_is_being_saved(void)
 {
     chip_attach_memory(chip(), &eeprom);
@@ -131,7 +132,7 @@ static void test_erase_and_load_are_as_with_flash(void)
     TEST_ASSERT_TRUE(runs(&usual));
 }
 
-/* `lagless serve --flash FILE`. */
+/* `lagless serve --flash FILE` keeps the memory in such a file. */
 static void test_the_content_goes_through_a_file_of_octets(void)
 {
     static uint8_t octets[RIG_FLASH_SIZE];
@@ -147,7 +148,7 @@ static void test_the_content_goes_through_a_file_of_octets(void)
 
 /* ---- power ---- */
 
-/* Octets of one save, received and written. */
+/* Number of octets received and written in one save. */
 static uint32_t operations_of_a_save(const void *before)
 {
     run_back_to(rig, before);
@@ -164,7 +165,7 @@ static void cut_in_a_grid(const char *name)
     TEST_ASSERT_TRUE(points > 4u * KEEPING_RECORD);
     grid_t grid = grid_of(name, (points + 9u) / 10u);
     for (uint32_t point; grid_next(&grid, &point);) {
-        /* a point is ten octets; all of them when the grid is whole, else one */
+        /* The power fails after every tenth octet, in a run of the whole grid after each octet */
         const uint32_t some = seed_values()->share == 1u ? 10u : 1u;
         const uint32_t first = 10u * point + (some == 1u ? grid_draw(name, point) % 10u : 0u);
         for (uint32_t cut = first; cut < first + some && cut < points; cut++) {
@@ -197,7 +198,8 @@ static void test_a_cut_at_any_octet_of_an_eeprom_leaves_the_old_set_or_the_new_o
 
 /* ---- bad memories ---- */
 
-/* The drive runs with its defaults and reports why; nothing can be saved, and nothing is lost. */
+/* The drive runs with its defaults and reports the reason; nothing can be saved, and no stored set is
+ * lost. */
 static void expect_defaults_and(const char *error)
 {
     const params_t *active = &rig_state(rig)->app.active;
@@ -238,7 +240,7 @@ static void test_a_data_line_that_stays_low_is_a_stuck_bus_and_gives_the_default
     expect_defaults_and("bus_stuck");
 }
 
-/* As after a reset of the chip during a read: nine clocks free the line. */
+/* A reset of the chip during a read leaves the memory in this state; nine clocks free the line. */
 static void test_a_memory_left_in_a_transfer_is_clocked_out_of_it(void)
 {
     const params_t set = save(6u);
@@ -272,7 +274,7 @@ static void test_a_memory_that_fails_during_a_save_keeps_the_set_before(void)
         let_it_save();
         expect("store_state", "failed");
         expect("store_error", errors[n]);
-        TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "store_saves")); /* the one before */
+        TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "store_saves")); /* saves, as before */
         run_on(rig, 100.0);
         run_seconds(rig, 0.1);
         run_expect_no_fault(rig);

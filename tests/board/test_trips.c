@@ -1,5 +1,5 @@
-/* Conditions that must open the gates of any board: fault line, currents, link, sensors at their rails. Gates
- * are looked at as levels of the pins that lines 4 and 5 name. */
+/* Conditions that must open the gates of any board: the fault line, currents, the link, and sensors at the
+ * ends of their range. The test observes the gates as levels of the pins that lines 4 and 5 name. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -13,7 +13,8 @@
 
 static rig_t *rig;
 
-/* Turning at half the rated speed without friction: next to no current but the ripple. */
+/* The rotor turns at half the rated speed without friction, so that almost no current but the ripple
+ * flows. */
 void setUp(void)
 {
     rig = rig_create(41);
@@ -57,7 +58,8 @@ static uint32_t gates_on(void)
     return on;
 }
 
-/* Off is driven, not left to the board's bias; pins that carry no gate are left alone. */
+/* The pins drive the gates off instead of leaving that to the resistors of the board; pins without a gate
+ * are not driven. */
 static void expect_gates_off(void)
 {
     for (uint32_t pin = 0; pin < PINS; pin++) {
@@ -73,7 +75,8 @@ static void expect_fault(int32_t reason)
     expect_gates_off();
 }
 
-/* The reading exceeds the current by this; with two sensors current c is minus the sum. */
+/* The currents that are read exceed the true ones by these values; with two sensors current c is minus the
+ * sum of both. */
 static void read_currents(double a, double b, double c)
 {
     run_put(rig, "current_offset_a", a);
@@ -99,10 +102,10 @@ static void test_fault_line_shuts_all_gates_in_the_same_instant(void)
 {
     chip_t *chip = &rig_state(rig)->chip;
     turn_on();
-    for (uint32_t part = 1; part <= 3u; part++) { /* anywhere in the period */
+    for (uint32_t part = 1; part <= 3u; part++) { /* at three times within the period */
         rig_bind(rig);
         chip_run(chip_now(chip) + part * RIG_PERIOD_TICKS / 5u);
-        /* out of a dead time: three switches are on, one in each leg */
+        /* waits for the end of a dead time: three switches are on, one in each leg */
         while (gates_on() < 3u) {
             chip_run(chip_now(chip) + 10u);
         }
@@ -119,7 +122,7 @@ static void test_fault_line_shuts_all_gates_in_the_same_instant(void)
     }
 }
 
-/* The other trip zones' pins are not the board's. */
+/* The pins of the other trip zones are not used on the board. */
 static void test_other_trip_pins_do_nothing(void)
 {
     turn_on();
@@ -136,14 +139,15 @@ static void test_other_trip_pins_do_nothing(void)
 
 /* ---- currents ---- */
 
-/* One phase alone beyond the trip, its return shared by the others. */
+/* Raises one phase alone beyond the trip; the two other phases carry half of its current each. */
 static void read_current(uint32_t phase, double amperes)
 {
     read_currents(phase == 0u ? amperes : -0.5 * amperes, phase == 1u ? amperes : -0.5 * amperes,
                   phase == 2u ? amperes : -0.5 * amperes);
 }
 
-/* The bridge is off, so that nothing flows: 1.5 % below the trip nothing, 1.5 % above it at once. */
+/* The bridge is off, so that no current flows. A reading 1.5 % below the trip causes no fault, 1.5 % above
+ * it an immediate one. */
 static void expect_trip_at(double trip)
 {
     for (uint32_t phase = 0; phase < 3u; phase++) {
@@ -167,13 +171,14 @@ static void test_each_phase_trips_in_each_direction_at_the_board_s_current(void)
     expect_trip_at(TRIP);
 }
 
-/* The largest trip that the row takes, 95 % of what the sensors see in both directions, is still seen. */
+/* The largest trip that the parameter accepts, 95 % of the sensors' range that is valid in both
+ * directions, is still measured. */
 static void test_the_largest_trip_is_seen_in_each_direction(void)
 {
     const double seen = fmin(BOARD_CURRENT_ZERO_MV, 3000.0 - BOARD_CURRENT_ZERO_MV) *
                         fabs((double)BOARD_CURRENT_STEP_MA) / BOARD_CURRENT_STEP_MV / 1e3;
     run_parameter(rig, "overcurrent_trip", 0.9499 * seen);
-    rig_run(rig, DRIVE_WINDOW); /* a set is taken with a window's end */
+    rig_run(rig, DRIVE_WINDOW); /* a set takes effect at the end of a window */
     expect_trip_at(0.9499 * seen);
 }
 
@@ -209,8 +214,8 @@ static void test_a_sensor_at_either_rail_stops_the_drive(void)
 
 /* ---- link ---- */
 
-/* One percent inside a limit there is no fault, one percent beyond it a fault within this number of periods.
- */
+/* One per cent inside a limit no fault follows; one per cent beyond it a fault follows within this number
+ * of periods. */
 static void expect_link_trip(double limit, double beyond, uint32_t periods, int32_t reason)
 {
     run_put(rig, "dc_voltage", limit - 0.01 * beyond * limit);
@@ -231,11 +236,11 @@ static void test_link_trips_at_the_board_s_voltages(void)
     expect_link_trip(BOARD_UNDERVOLTAGE_MV / 1e3, -1.0, rig_periods(0.002), REASON_DC_UNDERVOLTAGE);
 }
 
-/* The board's largest overvoltage trip is still within what the ADC sees. */
+/* The largest overvoltage trip of the board is still within the range of the ADC. */
 static void test_the_largest_overvoltage_trip_is_seen(void)
 {
     run_parameter(rig, "dc_overvoltage", BOARD_OVERVOLTAGE_MAX_MV / 1e3);
-    rig_run(rig, DRIVE_WINDOW); /* a set is taken with a window's end */
+    rig_run(rig, DRIVE_WINDOW); /* a set takes effect at the end of a window */
     expect_link_trip(BOARD_OVERVOLTAGE_MAX_MV / 1e3, 1.0, 2u, REASON_DC_OVERVOLTAGE);
 }
 
@@ -265,8 +270,9 @@ static void test_heat_trips_where_there_is_a_sensor(void)
 /* ---- enable input ---- */
 
 #if BOARD_ENABLE_INPUT != BOARD_NONE
-#define DEBOUNCE (BOARD_ENABLE_DEBOUNCE_US / 1e6)          /* [s] */
-#define WINDOWS  (4.0 * DRIVE_WINDOW * RIG_PERIOD_SECONDS) /* [s] until an order of the medium task acts */
+#define DEBOUNCE (BOARD_ENABLE_DEBOUNCE_US / 1e6) /* [s] */
+/* [s] until the medium task has acted on an order. */
+#define WINDOWS (4.0 * DRIVE_WINDOW * RIG_PERIOD_SECONDS)
 
 static void expect_off_for(double seconds, int32_t refusal)
 {
@@ -290,9 +296,7 @@ static void test_without_the_enable_input_no_request_turns_a_gate_on(void)
     turn_on();
 }
 
-/* Braking begins after the debounce time, and the gates are off 50 ms later, whether the rotor is at
- * standstill or not.
- */
+/* Braking begins after the debounce time, and the gates are off 50 ms later, at standstill and at speed. */
 static void test_a_lost_enable_input_brakes_and_opens_within_50_ms(void)
 {
     turn_on();

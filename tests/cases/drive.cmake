@@ -1,2 +1,2 @@
-# Scenarios of a report each, and their siblings: limits, sequence, refusals, catch and offsets of the firmware.
+# Scenarios from reports about limits, sequence, refusals, catch and offsets of the firmware, each with related scenarios.
 grid_cases(near_trip ride_through requests offsets speed_reasons)

@@ -1,5 +1,5 @@
-/* Board: for the tests of `lagless tune`, as desk48.h with these differences: 48 V and 50 A at 16 kHz; the
- * module withstands a smaller current (40 A for 50 ms) than the drive may request. */
+/* A board for the tests of `lagless tune`. It is desk48.h with these differences: 48 V and 50 A at 16 kHz;
+ * the module withstands a smaller current (40 A for 50 ms) than the drive may request. */
 #include "tests/board/desk48.h"
 
 #undef BOARD_NAME

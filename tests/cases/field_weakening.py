@@ -1,11 +1,11 @@
-"""Field weakening of one family of motors without an encoder (p 4, 0.95 ohm, psi_f 0.1 Wb, J 0.01 kg m^2, 15 A, 311 V; L_q 20 mH
-and L_q/L_d from 2 to 4, or 8 mH in both axes), on the real inverter.
+"""Field weakening of a family of motors without an encoder (p 4, 0.95 ohm, psi_f 0.1 Wb, J 0.01 kg m^2, 15 A, 311 V; L_q 20 mH and L_q/L_d
+from 2 to 4, or 8 mH in both axes), on the real inverter.
 
 usage: field_weakening.py [--long] LAGLESS FOLDER [TEST...]
 
-The base speed is that at which the longest current at most torque per ampere takes the voltage that the inverter makes, 0.98 of
-(0.92/sqrt3 - (4/pi) 0.023) U_dc: docs/theory.md, 30. The most torque at a speed is found here by trying every i_d, with R; nothing of
-the drive's own law is in it. Limits: the lines A5, A7 to A11, A17 and A19 of docs/salient.md."""
+The base speed is the speed at which the largest current, at most torque per ampere, needs the voltage that the inverter makes, 0.98 of
+(0.92/sqrt3 - (4/pi) 0.023) U_dc (docs/theory.md, 30). The largest torque at a speed is found here by trying every i_d, with R; no
+equation of the drive is used. The limits are the lines A5, A7 to A11, A17 and A19 of docs/salient.md."""
 import collections
 import itertools
 import math
@@ -17,7 +17,7 @@ from long_runs import DEVICE, LINK, TESTS, VOLTAGE, at, column, first, keep, mea
 FLUX, P, R, J, CURRENT = 0.1, 4, 0.95, 0.01, 15.0
 FAMILY = {1.0: 8e-3, 2.0: 20e-3, 3.0: 20e-3, 4.0: 20e-3}
 SIX_STEP = 0.98 * (0.92 * 2 / math.pi - 4 / math.pi * 0.023) * LINK
-TOP = {1.0: 2.4, 2.0: 3.0, 3.0: 3.0, 4.0: 3.0}  # of the base speed; at L_q = L_d the link withstands no higher speed
+TOP = {1.0: 2.4, 2.0: 3.0, 3.0: 3.0, 4.0: 3.0}  # multiples of the base speed; at 1.0 the link limits the EMF
 NAMES = ("true_omega_m", "theta_hat_err", "i_alpha", "i_beta", "true_torque", "u_d_ref", "u_q_ref", "u_dc", "omega_m_ref", "lock_losses",
          "fault_reason")
 
@@ -26,10 +26,10 @@ Data = collections.namedtuple("Data", "p r l_d l_q flux j current")
 
 
 class Motor:
-    """A motor with constant inductances; another law replaces flux_q, mtpa, most and own_rows."""
+    """A motor with constant inductances; a subclass for saturation replaces flux_q, mtpa, most and own_rows."""
 
     def __init__(self, ratio, data=None, top=0.0, trip=1.1):
-        self.current = 0.0  # of the last steady() [A]
+        self.current = 0.0  # [A], measured by the last call of steady()
         data = data or Data(P, R, FAMILY[ratio] / ratio, FAMILY[ratio], FLUX, J, CURRENT)
         self.data, self.trip, self.ratio, self.l_d, self.l_q = data, trip, ratio, data.l_d, data.l_q
         self.saliency = self.l_q - self.l_d
@@ -56,7 +56,8 @@ class Motor:
         return 1.5 * self.data.p * ((self.data.flux + self.l_d * i_d) * i_q - self.flux_q(i_q) * i_d)
 
     def most(self, omega_m, volts=VOLTAGE):
-        """The most driving torque [N m] at this speed, of every i_d from 0 to -I and the largest i_q that circle and voltage leave."""
+        """The largest driving torque [N m] at this speed, over every i_d from 0 to -I with the largest i_q that the current limit and the
+        voltage allow."""
         omega, r, best = self.data.p * omega_m, self.data.r + DEVICE, 0.0
         a = (omega * self.l_q) ** 2 + r * r
         for i_d in (-self.data.current * n / 200 for n in range(201)):
@@ -69,8 +70,9 @@ class Motor:
         return best
 
     def steady(self, share, current, *settings):
-        """Mean and standard deviation of the angle's error [mrad] at this share of the base speed, with this current at most torque per
-        ampere, losses and mean torque [N m]. The rotor is caught at half of the base speed and brought there by the shaft."""
+        """Mean and standard deviation of the angle error [mrad], lock losses and mean torque [N m], at this share of the base speed with
+        this current at most torque per ampere. The rotor is caught at half of the base speed, and the shaft then moves it to the speed
+        of the measurement."""
         return self.held(share, 0.999 * self.torque(*self.mtpa(current)), *settings)
 
     def held(self, share, torque, *settings):
@@ -86,18 +88,18 @@ class Motor:
         return 1e3 * middle, scatter, max(column(rows, "lock_losses")), mean(column(rows, "true_torque", 2.6))
 
     def time(self, begin, end, torque=math.inf, parts=20):
-        """In which the most torque, or this one if it is less, takes the rotor from one speed to the other [s]."""
+        """The time [s] in which the largest torque (or this one, if it is smaller) moves the rotor from one speed to the other."""
         step = (end - begin) / parts
         return sum(step * self.data.j / min(torque, self.most(begin + (n + 0.5) * step)) for n in range(parts))
 
     def own_rows(self, trip):
-        """Parameters and plant values: only those of the observer and this motor."""
+        """The parameters and plant values that only this kind of motor needs: here those of the observer."""
         gain = 1.3 * (self.data.flux + self.saliency * self.data.current) * self.data.p * trip
         slope = 1.6 * self.l_q / (gain * 1e-4)
         return f"observer_gain = {gain}\nobserver_slope = {slope}\nestimate_current_max = {4.0 / slope}\n", ""
 
     def text(self, title, duration, events, plant="", speed=None):
-        """A scenario that begins at this speed, without one at 0.3 of the base speed, or is held by the shaft."""
+        """A scenario that begins at this speed, by default 0.3 of the base speed, or whose shaft holds the speed."""
         speed = 0.3 * self.base if speed is None else speed
         trip = self.trip * abs(self.top)
         params, own_plant = self.own_rows(trip)
@@ -132,8 +134,9 @@ speed_request = {speed}
 {events}"""
 
 
-# The motors of A19 that fit 311 V and the board's sensors, with inertias of the library: data, top over base speed, and the limits of the line:
-# error of the angle up and down [mrad]; mean and SD at 5, 10, 30 and 80 % of the base speed under 66 % of the current [mrad].
+# The motors of A19 that fit 311 V and the sensors of the board, with inertias of the motor library. Columns: data, top speed divided by
+# base speed, limits of the angle error on the way up and down [mrad], limits of its mean and SD at 5, 10, 30 and 80 % of the base speed
+# under 66 % of the current [mrad].
 REFERENCE = {
     "servo": (Data(3, 3.6, 36e-3, 51e-3, 0.545, 15e-3, 6.1), 1.5, (3, 18), ((0.4, 5.2), (0.4, 2.8), (0.2, 1.2), (0.1, 0.5))),
     "traction": (Data(3, 0.216, 4.44e-3, 14.4e-3, 0.066, 3.24e-3, 15.0), 3.0, (32, 44), ((29, 1.1), (14, 0.7), (4.2, 0.6), (1.7, 1.1))),
@@ -147,7 +150,8 @@ def longest(rows, begin):
 
 
 def up_and_down(motor, name, torque, settings=()):
-    """All torque from 0.3 of the base speed to the top, that speed, and down to half of the base speed."""
+    """The motor accelerates with all of its torque from 0.3 of the base speed to the top speed, holds it, and slows down to half of the
+    base speed."""
     near = 0.97 * motor.top
     arrives = 1.0 + motor.time(0.3 * motor.base, motor.top, torque)
     text = motor.text(name, arrives + 2.4, at(1.0, f"requests.torque_request = {torque}", 'requests.mode = "torque"') +
@@ -178,7 +182,7 @@ class FieldWeakening(unittest.TestCase):
                 keep(self, "A7 up", seen["up"], 30.0)
                 keep(self, "A7 down", seen["down"], 75.0)
                 arrives = 1.0 + 1.04 * motor.time(0.3 * motor.base, motor.top)
-                # A9: between 1.5 and 2.9 times the base speed, torque and voltage
+                # A9: torque and voltage at 1.5 to 2.9 times the base speed
                 for times in (1.5, 2.0, 2.9) if ratio > 1 else (1.5, 2.0):
                     near = [row for row in rows if 1.0 < row["time"] < arrives and
                             abs(row["true_omega_m"] - times * motor.base) < 0.04 * motor.base]
@@ -188,7 +192,7 @@ class FieldWeakening(unittest.TestCase):
                     keep(self, "A7 voltage", abs(voltage - VOLTAGE) / LINK * math.sqrt(3), 0.005)
 
     def test_a9_most_torque_at_constant_speed(self):
-        """The torque is at most 1 % below the largest torque of any i_d, with no larger current."""
+        """The torque is at most 1 % below the largest torque that any i_d gives, and the current is not larger."""
         for ratio, times in share(itertools.product((2.0, 3.0, 4.0), (0.5, 1.0, 1.5, 2.0, 2.9)), 1):
             with self.subTest(ratio=ratio, times=times):
                 motor = Motor(ratio)
@@ -200,8 +204,8 @@ class FieldWeakening(unittest.TestCase):
                 keep(self, "A9 current", motor.current / CURRENT, 1.005)
 
     def test_over_modulation(self):
-        """Up to six-step the angle stays, since the observer has the voltage of the duties. The response of the current control to the
-        current of six times the frequency reduces the largest torque at this voltage by up to 7 %."""
+        """The angle stays within its limits up to six-step operation, since the observer knows the voltage of the duties. The current
+        control responds to the current of six times the frequency, which reduces the largest torque at this voltage by up to 7 %."""
         cells = [(ratio, times, use) for ratio, use in itertools.product(FAMILY, (0.93, 1.1)) for times in (1.5, 2.0)]
         for ratio, times, use in share(cells, 1):
             with self.subTest(ratio=ratio, times=times, use=use):
@@ -215,7 +219,8 @@ class FieldWeakening(unittest.TestCase):
                 self.assertGreater(torque, 1.025 * motor.most(times * motor.base))
 
     def test_a8_with_wrong_data(self):
-        """L_q 10 %, L_d 20 %, psi_f 10 %, R 30 %, J 20 %, dead time compensated by 0.8. L_q stays within 4 L_d."""
+        """The drive is configured with L_q 10 %, L_d 20 %, psi_f 10 %, R 30 % and J 20 % wrong in turn, or compensates only 0.8 of the dead
+        time. The wrong L_q stays below 4 L_d."""
         def wrong(motor):
             return ((f"motor_inductance_q={1.1 * motor.l_q}",), (f"motor_inductance_q={0.9 * motor.l_q}",),
                     (f"motor_inductance_d={1.2 * motor.l_d}",), (f"motor_inductance_d={0.8 * motor.l_d}",),
@@ -224,7 +229,7 @@ class FieldWeakening(unittest.TestCase):
         cells = [(motor, *w) for motor in map(Motor, (2.0, 3.0)) for w in wrong(motor)]
         for motor, setting in share(cells, 1):
             with self.subTest(ratio=motor.ratio, setting=setting):
-                torque = 0.9 * motor.torque(*motor.mtpa())  # what wrong data leave at least of the request's range
+                torque = 0.9 * motor.torque(*motor.mtpa())  # the part of the torque that the drive can make at least with wrong data
                 gain = 1.6 * (FLUX + motor.saliency * CURRENT) * P * 1.1 * motor.top
                 slope = 1.4 * motor.l_q / (gain * 1e-4)
                 _, seen = up_and_down(motor, f"a8_{motor.ratio}", torque, (setting, "inertia_adaptation=off", f"observer_gain={gain}",
@@ -235,10 +240,10 @@ class FieldWeakening(unittest.TestCase):
                 keep(self, "A8 time", seen["time"], 1.06)
 
     def test_a5_a_wrong_l_q_at_twice_the_base_speed(self):
-        """A tenth, held at that speed with two thirds of the most torque there, the gains by rule."""
+        """L_q is wrong by a tenth; the shaft holds twice the base speed, with two thirds of the largest torque at it and gains by rule."""
         for ratio, wrong, way in share(itertools.product((2.0, 3.0, 4.0), (0.9, 1.1), (1, -1)), 1):
             if wrong * ratio > 4.0:
-                continue  # refused
+                continue  # the drive refuses this ratio
             with self.subTest(ratio=ratio, wrong=wrong, way=way):
                 motor = Motor(ratio)
                 torque = way * 0.66 * motor.most(2.0 * motor.base)
@@ -268,12 +273,12 @@ class FieldWeakening(unittest.TestCase):
                 rows = recorded(NAMES, f"a11_{ratio}", text)
                 self.assertEqual((max(column(rows, "lock_losses")), max(column(rows, "fault_reason"))), (0, 0))
                 keep(self, "A11 link", max(column(rows, "u_dc")), 405.0)
-                self.assertGreater(max(column(rows, "u_dc")), 370.0)  # it did feed the link
+                self.assertGreater(max(column(rows, "u_dc")), 370.0)  # the motor did feed the link
                 keep(self, "A11 angle", peak(rows, 2.2), 60.0)
 
     def test_a17_a_load_beyond_the_braking_torque(self):
-        """A load of 1.3 times the largest torque drives the shaft on: 100 ms after 1.1 times the reference the drive reacts, by a quick
-        stop, and the rotor is held until that ends with the fault."""
+        """A load of 1.3 times the largest torque accelerates the shaft. The drive must begin a quick stop within 100 ms after 1.1 times the
+        reference is exceeded, and must not lose the rotor before the quick stop ends with the fault."""
         for ratio, way in share(itertools.product((2.0, 3.0, 4.0), (1, -1)), 1):
             with self.subTest(ratio=ratio, way=way):
                 motor = Motor(ratio, trip=1.3)
@@ -289,8 +294,8 @@ class FieldWeakening(unittest.TestCase):
                 self.assertLess(peak(rows, 2.15, reacts), 200.0)
 
     def test_a19_reference_motors(self):
-        """All of the torque up and down, and two thirds of the current at four speeds. The limits are at least 1.2 mrad for the mean and 2
-        mrad for the deviation."""
+        """The motors run up and down with all of their torque, and at four speeds with two thirds of the current. The limits are at least
+        1.2 mrad for the mean and 2 mrad for the deviation."""
         for name in share(REFERENCE, 1):
             data, top, (up, down), steady = REFERENCE[name]
             motor = Motor(data.l_q / data.l_d, data, top, 1.3)

@@ -1,2 +1,3 @@
-# Harmonics of the rotor's EMF that were learnt as dead time, an unequal leg, and a start; an L too small for the dither.
+# These scenarios test learning. Harmonics of the rotor's EMF must not be learnt as dead time, also with an unequal leg and during a start.
+# An L that is too small for the dither must not be learnt wrong.
 grid_cases(emf_harmonics small_inductance)

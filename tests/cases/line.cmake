@@ -1,4 +1,4 @@
-# The line and the scope against disturbance and against foreign pages.
+# The serial line and the scope under disturbance, and the scope with pages that are not its own.
 lagless_test(talk_noise LABEL rig SOURCES test_talk_noise.c LIBS lagless_rig m)
 lagless_test(talk_chip LABEL rig SOURCES test_talk_chip.c LIBS lagless_rig m)
 add_test(NAME case_scope_state COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_scope_state.py $<TARGET_FILE:lagless>

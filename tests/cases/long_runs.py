@@ -1,8 +1,9 @@
-"""For field_weakening.py and saturation.py: their arguments, the voltage that the inverter makes, and runs of scenarios that they write.
+"""The common part of field_weakening.py and saturation.py: their arguments, the voltage that the inverter makes, and runs of scenarios that
+these programs write.
 
 usage: NAME.py [--long] LAGLESS FOLDER [TEST...]
 
-LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD) selects the share of a grid that runs; with --long the whole grid runs."""
+LAGLESS_GRID_SEED (by default the UTC date as YYYYMMDD) selects the share of a grid that runs; with --long the whole grid runs."""
 import csv
 import datetime
 import itertools
@@ -18,7 +19,7 @@ LAGLESS, FOLDER, *TESTS = [a for a in sys.argv[1:] if not a.startswith("-")]
 FOLDER = pathlib.Path(FOLDER)
 FOLDER.mkdir(parents=True, exist_ok=True)
 LINK = 311.0
-DEVICE = 0.0215  # [ohm] slope of a device
+DEVICE = 0.0215  # [ohm] differential resistance of a transistor or diode
 VOLTAGE = 0.98 * (0.92 / math.sqrt(3) - 4 / math.pi * 0.023) * LINK
 SEED = os.environ.get("LAGLESS_GRID_SEED") or f"{datetime.datetime.now(datetime.timezone.utc):%Y%m%d}"
 DRAW = random.Random(SEED)
@@ -26,7 +27,7 @@ print(f"LAGLESS_GRID_SEED={SEED}", flush=True)
 
 
 def share(cells, number):
-    """All of them with --long, otherwise as many by the draw."""
+    """All cells with --long, otherwise a random choice of this number of them."""
     cells = list(cells)
     return cells if LONG else DRAW.sample(cells, number)
 
@@ -36,7 +37,7 @@ def at(time, *lines, ramp=None):
 
 
 def recorded(names, name, text, *settings):
-    """Rows of time and these signals, as dictionaries."""
+    """The samples of a run, each as a dictionary of the time and these signals."""
     scenario = FOLDER / f"{name}.toml"
     scenario.write_text(text)
     done = subprocess.run([LAGLESS, "run", "--force", "--every", "5", "-o", FOLDER, "-r", ",".join(names), scenario,
@@ -64,10 +65,10 @@ def mean(values):
 
 
 def peak(rows, begin, end=1e9):
-    """Mean, SD and peak of the angle error [mrad]."""
+    """The largest absolute error of the angle [mrad]."""
     return 1e3 * max(map(abs, column(rows, "theta_hat_err", begin, end)))
 
 
 def first(rows, begin, holds):
-    """Time after `begin` at which this holds of the speed."""
+    """The first time after `begin` at which the function `holds` is true for the speed."""
     return next((row["time"] for row in rows if row["time"] > begin and holds(row["true_omega_m"])), math.inf)

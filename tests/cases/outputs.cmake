@@ -1,2 +1,2 @@
-# Brake chopper, current of the supply, holding brake: docs/chopper_and_brake.md.
+# Scenarios of docs/chopper_and_brake.md: the brake chopper, the current of the supply, and the holding brake.
 grid_cases(chopper supply_current)

@@ -1,12 +1,12 @@
-# Salient rotors: held on the estimator, refused beyond what it takes, and up to which ratio L is learnt. The fixed-point twin takes
-# none beyond L_q = 1.2 L_d.
+# Salient rotors: the estimator holds them up to a ratio of the inductances, the drive refuses larger ratios, and L is learnt up to a
+# smaller one. The fixed-point twin accepts no ratio beyond L_q = 1.2 L_d.
 if(LAGLESS_ESTIMATOR STREQUAL "fixed")
     return()
 endif()
 scenario_cases(salient_with_encoder)
 grid_cases(salient_rotors)
-# A family of L_q/L_d 1 to 4, and its field weakening, up to three times the base speed and down: a random share of each grid in every check,
-# all of it with --long.
+# A family of motors with L_q/L_d from 1 to 4, and its field weakening up to three times the base speed and back. Every check runs a random
+# share of each grid; --long runs all of it.
 set(salient_grid ${CMAKE_SOURCE_DIR}/tools/run-grids $<TARGET_FILE:run_scenario>)
 foreach(part "" _long)
     add_test(NAME salient_grid${part} COMMAND ${Python3_EXECUTABLE} -B ${salient_grid} ${CMAKE_CURRENT_BINARY_DIR}/salient_grid${part}

@@ -1,9 +1,11 @@
 """A rotor whose q axis saturates, without an encoder, on the real inverter: p 2, 0.63 ohm, L_d 24 mH, psi_f 0.444 Wb, J 0.05 kg m^2, 15 A,
-311 V, and psi_q = 142 mH i_q/sqrt(1 + (i_q/9.1 A)^2), the law of the drive's two parameters: line A12 of docs/salient.md.
+311 V, and psi_q = 142 mH i_q/sqrt(1 + (i_q/9.1 A)^2). This is the law that the drive's two parameters describe. The limits are line A12
+of docs/salient.md.
 
 usage: saturation.py [--long] LAGLESS FOLDER [TEST...]
 
-The currents of most torque and the most torque at a speed are found here by trying every i_d; nothing of the drive's own law is in it."""
+The currents at most torque per ampere and the largest torque at a speed are found here by trying every i_d; no equation of the drive is
+used."""
 import itertools
 import math
 import sys
@@ -52,14 +54,14 @@ class Saturating(Motor):
         return f"motor_saturation_current = {I_S}\n", f"saturation_q = {I_S}\n"
 
     def held(self, speed, current, way=1):
-        """Held by the shaft at this speed [rad/s], with a torque of this current from 0.6 s on."""
+        """A scenario in which the shaft holds this speed [rad/s], with the torque of this current from 0.6 s on."""
         self.trip = 250.0 / self.top
         wish = at(0.6, f"requests.torque_request = {way * self.torque(*self.mtpa(current))}", 'requests.mode = "torque"')
         return self.text("held", 1.6, wish, f"shaft_locked = 1\nshaft_locked_speed = {speed}", speed)
 
 
 def held(rows, speed, current):
-    """Torque of most torque per ampere for this current at this speed, in the second half."""
+    """Compares the second half of a run with the i_d and the torque of most torque per ampere for this current."""
     motor = Saturating()
     i_d, i_q = motor.mtpa(current)
     return {
@@ -80,8 +82,8 @@ class Saturation(unittest.TestCase):
         return seen
 
     def test_a12_steady(self):
-        """Braking with 14.5 A at 300 r/min is in each share: the torque comes within 10 ms, and the rotor is lost if the feed-forward of
-        the loop does not follow the EMF faster there."""
+        """Braking with 14.5 A at 300 r/min is part of each random share: the torque rises within 10 ms, and the rotor is lost if the
+        feed-forward of the loop does not follow the EMF fast enough."""
         cells = [*itertools.product((300, 700), (3.0, 6.0, 9.0, 12.0, 14.5), (1,)),
                  *itertools.product((300, 700), (3.0, 9.0, 12.0), (-1,)), (700, 14.5, -1)]
         for speed, current, way in [(300, 14.5, -1), *share(cells, 2)]:
@@ -92,9 +94,8 @@ class Saturation(unittest.TestCase):
                 self.assertLess(abs(seen["torque"]), 0.02, seen)
 
     def test_without_the_saturation_the_error_is_as_large_as_the_wrong_inductance(self):
-        """The test must detect the effect of the two parameters: with the L_q of 11 A alone the angle is wrong
-        by more than 100 mrad
-        at 4 A."""
+        """This comparison shows that the test detects the effect of the two parameters: with the L_q of 11 A alone the angle is wrong by
+        more than 100 mrad at 4 A."""
         seen = self.steady(300, 4.0, 1, "motor_saturation_current=0", f"motor_inductance_q={flux_q(11.0) / 11.0}")
         self.assertGreater(abs(seen["error"]), 100.0, seen)
 
@@ -108,7 +109,7 @@ class Saturation(unittest.TestCase):
         self.assertLess(seen["time"], 1.04, seen)
 
     def written(self, name, points, head="i_d, i_q [A], psi_d, psi_q"):
-        """A scenario with this map in a file in the same folder: two thirds of the current at 300 r/min."""
+        """A scenario with this flux map in a file of the same folder, at 300 r/min with two thirds of the current."""
         (FOLDER / f"{name}.csv").write_text("# a map\n" + "\n".join([head, *points]) + "\n")
         return Saturating().held(300 * RPM, 9.0).replace(f"saturation_q = {I_S}", f'flux_map = "{name}.csv"')
 
@@ -117,7 +118,8 @@ class Saturation(unittest.TestCase):
         return [f"{i_d}, {i_q}, {FLUX + L_D * i_d}, {flux_q(i_q)}" for i_q in currents for i_d in currents]
 
     def test_a_flux_map_of_the_law_is_the_law(self):
-        """At 9 A and 300 r/min the angle's error is that of the law within 0.2 mrad, and the torque within 1e-4."""
+        """At 9 A and 300 r/min a flux map of the law gives the same angle error as the law, within 0.2 mrad, and the same torque within
+        1e-4."""
         law = self.steady(300, 9.0, 1)
         rows = recorded(NAMES, "map", self.written("map", self.points()))
         seen = held(rows, 300, 9.0)

@@ -1,5 +1,5 @@
 """The drive as a server of Modbus RTU on the chip's serial line: mbpoll, unmodified, reads a signal and starts the motor, and the motor
-stops when mbpoll is silent; wrong frames and forbidden writes get the answers of docs/modbus.md. usage: test_modbus.py LAGLESS FOLDER"""
+stops when mbpoll is silent. Wrong frames and forbidden writes get the answers of docs/modbus.md. usage: test_modbus.py LAGLESS FOLDER"""
 import json
 import os
 import pathlib
@@ -63,7 +63,7 @@ class Modbus(stuck.TestCase):
         process = subprocess.Popen([LAGLESS, "serve", str(path), "--serial", "--quiet"], text=True, stdout=subprocess.PIPE)
         self.addCleanup(self.stop, process)
         self.name = process.stdout.readline().split()[-1]
-        time.sleep(0.2)  # the drive changes its protocol
+        time.sleep(0.2)  # the drive changes its protocol within this time
         return self.name
 
     def stop(self, process):
@@ -83,7 +83,7 @@ class Modbus(stuck.TestCase):
         return got
 
     def ask(self, *octets, address=17, good=True):
-        """The answer without address and CRC; None: none came."""
+        """The answer without address and CRC; None if no answer came."""
         frame = bytes((address, *octets))
         check = crc(frame)
         os.write(self.line, frame + (check if good else bytes((check[0] ^ 1, check[1]))))
@@ -136,9 +136,9 @@ class Modbus(stuck.TestCase):
                 break
         self.assertAlmostEqual(50.0, speed, delta=1.0)
         self.assertEqual(ON, self.mbpoll("enable"))
-        time.sleep(2.5)  # command_timeout is 1 s
+        time.sleep(2.5)  # longer than command_timeout, 1 s
         self.assertEqual(QUICK_STOP, self.mbpoll("enable"))
-        self.mbpoll("enable", ON)  # and the next request starts it again
+        self.mbpoll("enable", ON)  # the next request starts it again
         self.assertEqual(ON, self.mbpoll("enable"))
 
     # ---- frames and exceptions ----
@@ -164,7 +164,7 @@ class Modbus(stuck.TestCase):
         self.assertEqual(8.0, self.read("current_limit", ">f"))
         self.write("speed_request", 100.0, ">f")
         self.write("overspeed_trip", 50.0, ">f")
-        self.expect_exception(4, self.write("order", 1))  # below the reference in use
+        self.expect_exception(4, self.write("order", 1))  # below the speed reference in use
         self.assertNotEqual(0, self.read("order_refusal"))
 
     def test_a_single_register_starts_the_drive_and_a_broadcast_stops_it(self):
@@ -197,7 +197,7 @@ class Modbus(stuck.TestCase):
         self.assertEqual(WRITE, self.write("enable", QUICK_STOP)[0])
         self.assertEqual(WRITE, self.write("line_key", 4711)[0])
         self.assertEqual(WRITE, self.write("current_limit", 5.0, ">f")[0])
-        time.sleep(2.5)  # silence locks it again
+        time.sleep(2.5)  # after this silence the drive is locked again
         self.expect_exception(1, self.write("current_limit", 6.0, ">f"))
         self.assertEqual(5.0, self.read("current_limit", ">f"))
 

@@ -1,5 +1,7 @@
-"""`lagless connect` over the chip's serial line with wrong bits on the way, in both directions: each command ends as it should, with
-the values that were sent. usage: test_noisy_line.py LAGLESS FOLDER"""
+"""`lagless connect` over the chip's serial line, which inverts some bits in both directions: each command ends correctly, with the values
+that were sent.
+
+usage: test_noisy_line.py LAGLESS FOLDER"""
 import os
 import pathlib
 import pty
@@ -17,7 +19,8 @@ SCENARIO = 'schema = 1\ntitle = "A motor on a noisy line"\n[run]\nduration = "1 
 
 
 class Line:
-    """Two ends, and octets between them: every one whose number is in `wrong` has a bit inverted, one in `lost` does not arrive."""
+    """A line between two ends. It inverts one bit of every octet whose number is in `wrong`, and loses every octet whose number is in
+    `lost`."""
 
     def __init__(self, drive, wrong, lost=()):
         self.drive = os.open(drive, os.O_RDWR | os.O_NOCTTY)
@@ -67,7 +70,7 @@ class Noise(stuck.TestCase):
         return float(next(row.split()[1] for row in reversed(text.splitlines()) if row.startswith(name + " ")))
 
     def test_a_session_ends_well_with_wrong_bits_in_both_directions(self):
-        # in the first frames, CONNECT among them, and later ones: each makes the master wait for a second
+        # wrong octets in the first frames, among them CONNECT, and in later ones: each makes the master wait for a second
         line = Line(self.serve(), wrong={5, 40, 41, 131, 320, 560, 2000})
         out = self.session(line, "wait until state == ready", "set current_limit 8 A", "get current_limit", "go 200 r/min",
                            "wait until omega_m > 195 r/min timeout 30 s", "get speed_request enable line_errors", "off",

@@ -1,4 +1,4 @@
-"""Motors whose rotor is too salient for the estimator are refused with both rows, and run with an encoder.
+"""The drive refuses a motor whose rotor is too salient for the estimator, names both parameters, and runs it with an encoder.
 
 usage: test_salient.py LAGLESS FOLDER CASES"""
 import math
@@ -24,11 +24,11 @@ class Salient(unittest.TestCase):
             self.assertIn(fragment, done.stderr)
 
     def test_the_ratio_decides(self):
-        """Beside L_d = 4 mH: 15.9 mH are 3.98 times that, 16.1 mH 4.03 times."""
+        """With L_d = 4 mH an L_q of 15.9 mH is 3.98 times as large, 16.1 mH 4.03 times."""
         settings = ("--set", "params.motor_inductance_d=4 mH", "--set", "plant.inductance_d=4 mH", "--set", "observer_gain=330", "--set",
                     "observer_slope=0.7", "--set")
         done = lagless("run", "cold_start", *settings, "params.motor_inductance_q=15.9 mH", "--set", "plant.inductance_q=15.9 mH")
-        self.assertIn(done.returncode, (0, 1), done.stdout + done.stderr)  # whether its claims are met is another matter
+        self.assertIn(done.returncode, (0, 1), done.stdout + done.stderr)  # this test does not depend on the expectations of the scenario
         self.assert_refused(lagless("run", "cold_start", *settings, "params.motor_inductance_q=16.1 mH"), "0.0161", "0.004", " to 0.016 H")
 
     def test_an_encoder_with_the_estimator_as_its_fault_reaction_is_refused(self):
@@ -38,7 +38,7 @@ class Salient(unittest.TestCase):
 
     def test_a16_an_emf_that_the_link_does_not_withstand_is_refused_with_the_numbers(self):
         """The servo of 0.545 Wb and 3 pole pairs: at three times its base speed, 266 rad/s, the EMF of an open bridge is 753 V between two
-        lines. The board takes 450 V."""
+        lines. The board withstands 450 V."""
         motor = {"motor_pole_pairs": 3, "motor_resistance": 3.6, "motor_inductance_d": 0.036, "motor_inductance_q": 0.051,
                  "motor_flux_linkage": 0.545, "current_limit": 6.1}
         rows = [word for name, value in motor.items() for word in ("--set", f"params.{name}={value}")]

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The page of `lagless scope` in a headless Chromium when the drive does not follow a request, and when the link is lost.
+"""This tests what the page of `lagless scope` shows when the drive does not follow a request, and when the link is lost.
+The page is loaded in a headless Chromium.
 usage: test_scope_page.py LAGLESS FOLDER    screenshots go to FOLDER
 
 Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedriver or uPlot is missing."""
@@ -32,7 +33,7 @@ plant.dc_voltage = "311 V"
 STAYS = FAILS.replace('[[at]]\ntime = "3 s"\nplant.dc_voltage = "311 V"\n', "")
 STANDS = FAILS.partition("[[at]]")[0].replace("encoder", "sensorless")
 
-# Share of the panel of theta_e that a quarter of a colour covers, and nothing else.
+# The share of the panel of theta_e that has a quarter of the colour of the trace.
 BAND = """
 const {plot} = scope.panels().find(panel => panel.traces.some(trace => trace.row.name === 'theta_e'));
 const {left, top, width, height} = plot.bbox;
@@ -47,7 +48,7 @@ return found / (width * height);"""
 
 
 class Page(Bench):
-    """A drive of a scenario of this file's, a scope, a browser."""
+    """A drive that runs a scenario of this file, a scope, and a browser."""
 
     def __init__(self, lagless, folder, work, scenario):
         self.lagless, self.folder, self.processes, self.browser = lagless, folder, [], None
@@ -77,7 +78,7 @@ class Page(Bench):
         self.opens()
         self.wait("document.body.dataset.state === 'fault'", "the fault")
         expect(self.run("return document.getElementById('speed_value').value"), "300", "half of overspeed_trip / 1.4, 341 r/min, rounded down")
-        time.sleep(2)  # until the link is well again: the fault stays
+        time.sleep(2)  # until the link voltage is in its range again; the fault remains
         self.write("#speed_value", "500")
         self.click("#run")
         self.says("^refused: fault latched; reset first", "bad")
@@ -130,8 +131,8 @@ class Page(Bench):
             self.write("#find_signal", name)
             self.run("[...document.querySelectorAll('#found button')].find(b => b.textContent.split(/\\s/)[0] === arguments[0]).click()", name)
             self.wait(f"scope.state.choice.signals.length === {count} && scope.ring.total > 1000", name)
-        time.sleep(6)  # a window of it
-        share = self.run(BAND)  # the rotor is at standstill, and all angles are equally probable
+        time.sleep(6)  # the window of the panel
+        share = self.run(BAND)  # the rotor stands still, and noise makes all angles equally probable
         if not share > 0.8:
             raise Fault(f"the band covers {share:.2f} of the panel")
         self.shoot("band")

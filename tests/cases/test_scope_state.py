@@ -1,4 +1,6 @@
-"""The messages of the scope about a drive that does not follow a request. Without a browser: a client listens as a page does.
+"""The messages of the scope about a drive that does not follow a request. The test uses no browser: a client receives the events as a page
+does.
+
 usage: test_scope_state.py LAGLESS FOLDER"""
 import pathlib
 import sys
@@ -46,7 +48,7 @@ class State(stuck.TestCase):
         self.assertEqual(5, page.value("state"))
 
     def test_a_start_that_is_refused_says_why_and_nothing_starts_later(self):
-        """The link is too low at first, and is not any more when the refusal has been read."""
+        """The link voltage is too low at first, and is right again when the client has read the refusal."""
         page = self.opened('[plant]\ndc_voltage = "100 V"\n[[at]]\ntime = "15 s"\nplant.dc_voltage = "311 V"\n')
         self.wait(lambda: page.value("state") == 1 and page.value("u_dc") < 110, "ready")
         answer = page.ask("/set", "enable on")

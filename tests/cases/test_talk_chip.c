@@ -1,6 +1,6 @@
-/* The slave on the chip's serial line, level by level: an octet without its stop bit and a break within a
- * write spoil the whole frame, what follows it without a pause is not taken for a frame, and after SYNCH the
- * same write acts. */
+/* The slave on the chip's serial line, bit by bit. An octet without its stop bit, or a break within a
+ * write, invalidates the whole frame. Octets that follow it without a pause are not taken for a frame.
+ * After SYNCH the write takes effect. */
 #include <string.h>
 
 #include "app/app.h"
@@ -10,13 +10,15 @@
 #include "tests/rig/the_rig.h"
 #include "unity.h"
 
-#define BITS     10u /* of an octet on the line: start, eight, stop */
+#define BITS     10u /* bits of an octet on the line: start, eight, stop */
 #define REQUESTS 2u
-#define PAUSE    60u /* [periods] more than the silence that ends a frame */
+#define PAUSE    60u /* [periods] longer than the silence that ends a frame */
 
 static uint32_t counter;
-static uint32_t broken;      /* octet of the next frame that comes without its stop bit; from 1 on */
-static uint32_t break_after; /* octet of it behind which a break follows; from 1 on */
+/* Number of the octet of the next frame that is sent without its stop bit; the first is 1, 0 is none. */
+static uint32_t broken;
+/* Number of the octet of the next frame that a break follows; the first is 1, 0 is none. */
+static uint32_t break_after;
 
 static chip_t *chip(void)
 {
@@ -97,7 +99,8 @@ static void test_undisturbed_a_write_acts(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, value("line_errors"));
 }
 
-/* Each octet of the frame without its stop bit, and a break behind each but the last. */
+/* The test sends the frame with each octet in turn without its stop bit, and with a break after each octet
+ * but the last. */
 static void test_a_broken_octet_or_a_break_invalidates_the_frame(void)
 {
     for (uint32_t n = 2u; n <= 24u; n++) {
@@ -110,24 +113,24 @@ static void test_a_broken_octet_or_a_break_invalidates_the_frame(void)
     }
 }
 
-/* Frames that follow at once: none of them is heard before a pause. */
+/* The frames that follow an invalid one at once are not received before a pause. */
 static void test_octets_after_an_invalid_frame_without_a_pause_are_dropped(void)
 {
     choose_enable();
     broken = 3u;
     SEND(0xFD);
-    counter = 0x8000u; /* whatever they count: SYNCH and CONNECT would be taken */
+    counter = 0x8000u; /* the counter would be accepted: that of SYNCH and CONNECT is not checked */
     SEND(0xFF, 0x00);
     SEND(0xFC);
     choose_enable();
     const double frames = value("line_frames");
-    TEST_ASSERT_EQUAL_DOUBLE(3.0, frames); /* CONNECT, and SET_MTA twice */
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, frames); /* the frames of CONNECT and of two SET_MTA */
     rig_run(rig, PAUSE);
     is_spoilt_and_acts_again();
 }
 
-/* The previous octet may have been the end of any frame: an octet directly after it is not taken for the
- * beginning of a frame. */
+/* The octet before a break may have been the last of a frame: an octet directly after the break is not
+ * taken for the beginning of a frame. */
 static void test_a_good_frame_right_behind_a_break_is_dropped(void)
 {
     const double frames = value("line_frames");
@@ -141,9 +144,8 @@ static void test_a_good_frame_right_behind_a_break_is_dropped(void)
     TEST_ASSERT_EQUAL_DOUBLE(frames + 1.0, value("line_frames"));
 }
 
-/* A line of two wires: the drive receives all octets that it sends. The answer to a single write equals its
- * request.
- */
+/* On a line of two wires the drive receives all octets that it sends. The answer to a single write equals
+ * its request. */
 static void test_a_modbus_server_ignores_its_own_answer(void)
 {
     static const uint8_t enable_off[] = {0x01, 0x06, 0x07, 0xD1, 0x00, 0x00, 0xD8, 0x87};

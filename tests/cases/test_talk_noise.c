@@ -1,8 +1,9 @@
-/* Wrong bits on the serial line. The octets of a write, SET_MTA twice and DOWNLOAD twice or, where the value
- * is a code, once, come with every single bit wrong, every pair of bits, and every burst of up to eight bits.
- * No request, parameter or service may then have a value that was not sent. The sum behind a frame alone does
- * not give that: it misses two wrong bits of equal weight and opposite direction (a bit of the value and the
- * same one of the sum), which is why numbers come twice and named values have codes. */
+/* Wrong bits on the serial line. A write consists of SET_MTA twice and DOWNLOAD twice, or once if the
+ * value is a code. Its octets are sent with every single bit wrong, every pair of bits, and every burst of
+ * up to eight bits. No request, parameter or service may then have a value that was not sent. The sum at
+ * the end of a frame cannot ensure this: it misses two wrong bits of equal weight and opposite direction
+ * (a bit of the value and the same bit of the sum). Therefore numbers are sent twice and named values have
+ * codes. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,12 +25,12 @@
 static app_t *app_of_rig;
 static app_t before;
 
-/* The slave as talk.c has it, without the chip's line. */
+/* The slave as in talk.c, without the serial line of the chip. */
 static frame_receiver_t receiver;
 static xcp_t xcp;
 static daq_t daq;
 static uint32_t now;
-static uint32_t positive; /* answers */
+static uint32_t positive; /* number of positive answers */
 
 typedef struct {
     uint8_t octets[OCTETS_MAX];
@@ -60,7 +61,8 @@ static void put_frame(stream_t *stream, const uint8_t *packet, uint32_t count)
     TEST_ASSERT_TRUE(stream->count <= OCTETS_MAX);
 }
 
-/* A write of these bits: each command this number of times. */
+/* Returns the octets of the commands that write `bits` to a row. `chooses` and `downloads` are the numbers
+ * of commands of each kind. */
 static stream_t write_of(uint8_t extension, uint32_t id, uint32_t bits, uint32_t chooses, uint32_t downloads)
 {
     stream_t stream = {.counter = 0x00FFu + 1u};
@@ -85,7 +87,7 @@ static uint32_t id_of(const char *name)
 static frame_receiver_t connected_receiver;
 static xcp_t connected_xcp;
 
-/* Connected with CTR 0xFF, everything at its default and ready. */
+/* The slave is connected with CTR 0xFF; all values are the defaults, and the drive is ready. */
 void setUp(void)
 {
     static const uint8_t connect[] = {0xFF, 0x00};
@@ -108,7 +110,7 @@ void setUp(void)
     connected_xcp = xcp;
 }
 
-/* As it was, and a silence behind it. */
+/* Returns to the state at the begin of the test, after a silence on the line. */
 static void begin_anew(void)
 {
     receiver = connected_receiver;
@@ -122,7 +124,7 @@ static void begin_anew(void)
     frame_listen(&receiver, now);
 }
 
-/* The result of an undisturbed stream. */
+/* The result of the stream without wrong bits. */
 typedef struct {
     requests_t requests;
     params_t staged;
@@ -151,7 +153,7 @@ static void try_stream(const stream_t *stream, const values_t *old, const values
     trials++;
     taken += same(&is, sent);
     if (!same(&is, old) && !same(&is, sent)) {
-        TEST_FAIL_MESSAGE("a value is in force that was not sent");
+        TEST_FAIL_MESSAGE("a value is active that was not sent");
     }
     TEST_ASSERT_EQUAL_UINT32(0u, app_of_rig->talk.restart);
 }
@@ -167,7 +169,7 @@ static void every_error_of(const stream_t *stream)
     begin_anew();
     hear_all(stream);
     const values_t sent = values();
-    TEST_ASSERT_FALSE(same(&old, &sent)); /* undisturbed it acts */
+    TEST_ASSERT_FALSE(same(&old, &sent)); /* without wrong bits the write takes effect */
     const uint32_t bits = 8u * stream->count;
     trials = taken = 0u;
     for (uint32_t first = 0; first < bits; first++) {
@@ -192,9 +194,9 @@ static void every_error_of(const stream_t *stream)
     TEST_ASSERT_EQUAL_UINT32(bits + bits * (bits - 1u) / 2u + 127u * (bits - 7u), trials);
 }
 
-/* A write of each kind, with what the drive has before it. Writes whose address differs by one bit from
- * that of another row: fault_reset and enable, i_d_request and i_q_request. A stop does not
- * become a start, and a start is a start or nothing. */
+/* A write of each kind, with the values of the drive before it. Included are writes whose address differs
+ * by one bit from that of another row: fault_reset and enable, i_d_request and i_q_request. A stop must
+ * not become a start, and a start must take effect as a start or not at all. */
 static void expect_what_was_sent_or_nothing(uint8_t extension, const char *name, uint32_t bits, bool number)
 {
     before = *app_of_rig;
@@ -208,7 +210,7 @@ static void test_a_named_value_is_the_one_that_was_sent_or_is_refused(void)
         uint8_t extension;
         const char *name;
         uint32_t choice;
-        int32_t enable; /* before */
+        int32_t enable; /* value of enable before the write */
     } writes[] = {{REQUESTS, "enable", REQUEST_OFF, REQUEST_QUICK_STOP},
                   {REQUESTS, "enable", REQUEST_ON, REQUEST_OFF},
                   {REQUESTS, "enable", REQUEST_QUICK_STOP, REQUEST_ON},
@@ -239,8 +241,8 @@ static void test_a_number_is_the_one_that_was_sent_or_is_refused(void)
     }
 }
 
-/* The commands of a master that does not repeat: one SET_MTA, one DOWNLOAD. A number then never acts, a code
- * only if the address was set before. */
+/* A master that does not repeat its commands sends one SET_MTA and one DOWNLOAD. A number then never takes
+ * effect, and a code only if the address was set before. */
 static void test_a_single_pair_changes_nothing(void)
 {
     const values_t old = values();
@@ -253,7 +255,7 @@ static void test_a_single_pair_changes_nothing(void)
             for (uint32_t second = first; second < 8u * streams[n].count; second++) {
                 stream_t wrong = streams[n];
                 flip(&wrong, first);
-                flip(&wrong, second); /* the same bit twice: none is wrong */
+                flip(&wrong, second); /* both wrong bits are the same bit, which is then right */
                 try_stream(&wrong, &old, &old);
             }
         }
@@ -270,7 +272,7 @@ static void test_behind_a_lost_frame_nothing_acts_until_synch_and_a_new_address(
     stream_t chosen = all;
     chosen.count = 28u; /* two SET_MTA of 14 octets each */
     stream_t lost = {.counter = all.counter};
-    put_frame(&lost, synch, sizeof synch); /* which no one hears */
+    put_frame(&lost, synch, sizeof synch); /* no receiver gets this frame */
     stream_t last = {.counter = lost.counter};
     put_frame(&last, all.octets + 32u, 6u); /* the DOWNLOAD */
     begin_anew();
@@ -281,11 +283,11 @@ static void test_behind_a_lost_frame_nothing_acts_until_synch_and_a_new_address(
     TEST_ASSERT_TRUE(same(&old, &is));
     TEST_ASSERT_EQUAL_UINT32(1u, positive); /* SET_MTA */
     TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors);
-    stream_t after = {.counter = last.counter + 5u}; /* the master continues to count, also after a loss */
+    stream_t after = {.counter = last.counter + 5u}; /* the master continues to count after the loss */
     put_frame(&after, synch, sizeof synch);
     uint8_t download[6] = {0xF0, 4};
     frames_put_long(download + 2, frames_code(id_of("enable"), REQUEST_ON));
-    put_frame(&after, download, sizeof download); /* the address is not known any more */
+    put_frame(&after, download, sizeof download); /* the slave does not know the address any more */
     hear_all(&after);
     is = values();
     TEST_ASSERT_TRUE(same(&old, &is));
@@ -325,7 +327,7 @@ static void test_connect_begins_a_new_count_anywhere(void)
 
 /* ---- codes ---- */
 
-/* For every named value that takes effect at once, in all tables of the line. */
+/* Every named value that takes effect at once is tested, in all tables of the line. */
 static void test_any_two_codes_differ_in_eight_bits(void)
 {
     uint32_t codes[64];
@@ -353,7 +355,8 @@ static void test_any_two_codes_differ_in_eight_bits(void)
     }
 }
 
-/* On any line, also TCP, a number that is not a code of this row is refused, and the code reads back. */
+/* On any line, also TCP, the slave refuses a number that is not a code of this row, and reading returns
+ * the code. */
 static void test_only_the_codes_of_a_row_are_taken(void)
 {
     const uint32_t id = id_of("enable");

@@ -1,4 +1,4 @@
-# The command line: ends of a run that no expectation names, files that exist, cut files, tune against the drive.
+# The command line: how a run can end that no expectation names, existing and truncated files, and `lagless tune` compared with the drive.
 set(cli_folder ${CMAKE_SOURCE_DIR}/tests/cli)
 foreach(name unexpected_end overwrite cut_files texts own_motor)
     add_test(NAME cli_${name} COMMAND ${Python3_EXECUTABLE} -B ${cli_folder}/test_${name}.py $<TARGET_FILE:lagless>
@@ -8,8 +8,8 @@ endforeach()
 
 set_tests_properties(cli_own_motor PROPERTIES COST 20)
 
-# `lagless tune` on every board: those of hal/f28335/boards, two of the tests, and the default one at other carriers (tests/board makes
-# their libraries).
+# `lagless tune` on every board: the boards of hal/f28335/boards, two boards of the tests, and the default board at other carriers
+# (tests/board makes their libraries).
 if(NOT LAGLESS_SANITIZE AND LAGLESS_BOARD STREQUAL "pm50rl1a060")
     find_package(Threads REQUIRED)
     lagless_add_board(esc48 tests/cases/esc48.h)

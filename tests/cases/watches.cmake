@@ -1,2 +1,2 @@
-# Scenarios of a report each, and their siblings: what watches the motor, and what follows from it.
+# Scenarios from reports about the watches of the motor and the reactions to them, each with related scenarios.
 grid_cases(relock bare_motor elastic_shaft false_alarms found)

@@ -1,6 +1,6 @@
-/* ADC: hold instants, results, sequencer, power. Ticks by SPRS439: the first window ends 2.5 + ACQ_PS + 1
- * ADCCLK after the start, the next every 2 (3 for pairs) + ACQ_PS, results 4 (A) and 5 (B) after their
- * window. ADCCLK = 25 MHz = 6 ticks. */
+/* The ADC: instants of the hold, results, sequencer, power. Timing by SPRS439: the first window ends 2.5 +
+ * ACQ_PS + 1 ADCCLK after the start, each further one 2 (3 for pairs) + ACQ_PS later. The results follow 4
+ * (A) and 5 (B) ADCCLK after their window. ADCCLK = 25 MHz = 6 ticks. */
 #include <math.h>
 #include <stdlib.h>
 #include <unity.h>
@@ -38,7 +38,8 @@ static void test_pairs_are_held_together_at_the_data_sheet_ticks(void)
     static const uint32_t channel[] = {0u, 8u, 0u, 8u, 1u, 9u, 2u, 10u};
     TEST_ASSERT_EQUAL_UINT32(8u, bench.samples);
     for (uint32_t i = 0u; i < 8u; i++) {
-        TEST_ASSERT_EQUAL_UINT64(soc + 45u + 42u * (i / 2u), bench.sample[i].tick); /* 7.5 and 7 ADCCLK */
+        /* The first window after 7.5 ADCCLK, the others every 7. */
+        TEST_ASSERT_EQUAL_UINT64(soc + 45u + 42u * (i / 2u), bench.sample[i].tick);
         TEST_ASSERT_EQUAL_UINT32(channel[i], bench.sample[i].channel);
         TEST_ASSERT_EQUAL_UINT16(code(channel[i]), ADC_MIRROR->ADCRESULT[i]);
         TEST_ASSERT_EQUAL_UINT16(code(channel[i]) << 4, ADC->ADCRESULT[i]);
@@ -52,14 +53,15 @@ static void test_second_pair_is_held_at_counter_zero(void)
     uint64_t zero = chip_now(&bench_chip) + 3u * CARRIER;
     bench_forget();
     chip_run(zero + 100u);
-    TEST_ASSERT_EQUAL_UINT64(zero, bench.sample[bench.samples - 5u].tick); /* pairs at -42, 0, 42, 84 */
+    /* The pairs are held at -42, 0, 42, 84. */
+    TEST_ASSERT_EQUAL_UINT64(zero, bench.sample[bench.samples - 5u].tick);
     TEST_ASSERT_EQUAL_UINT64(zero, chip_carrier_tick(&bench_chip));
 }
 
 static void test_results_appear_one_by_one(void)
 {
     software_start();
-    chip_run(soc + 45u + 24u); /* everything before 4 ADCCLK after the first window */
+    chip_run(soc + 45u + 24u); /* the first result comes 4 ADCCLK after the first window */
     chip_look(&bench_chip);
     TEST_ASSERT_EQUAL_UINT16(code(0u), ADC_MIRROR->ADCRESULT[0]);
     TEST_ASSERT_EQUAL_UINT16(0u, ADC_MIRROR->ADCRESULT[1]);
@@ -97,7 +99,8 @@ static void test_sequential_timing_and_channels(void)
     static const uint32_t channel[] = {0u, 10u, 3u, 15u, 5u};
     TEST_ASSERT_EQUAL_UINT32(5u, bench.samples);
     for (uint32_t i = 0u; i < 5u; i++) {
-        TEST_ASSERT_EQUAL_UINT64(soc + 27u + 18u * i, bench.sample[i].tick); /* 4.5 and 3 ADCCLK */
+        /* The first window after 4.5 ADCCLK, the others every 3. */
+        TEST_ASSERT_EQUAL_UINT64(soc + 27u + 18u * i, bench.sample[i].tick);
         TEST_ASSERT_EQUAL_UINT32(channel[i], bench.sample[i].channel);
         TEST_ASSERT_EQUAL_UINT16(code(channel[i]), ADC_MIRROR->ADCRESULT[i]);
     }
@@ -105,7 +108,8 @@ static void test_sequential_timing_and_channels(void)
 
 static void test_clock_prescalers(void)
 {
-    /* HISPCP 3 = 6, ADCCLKPS 2 = 4, CPS = 2: 48 ticks; ACQ_PS 0: 3.5 ADCCLK */
+    /* HISPCP 3 divides by 6, ADCCLKPS 2 by 4, CPS by 2: a cycle has 48 ticks. With ACQ_PS 0 the window
+     * ends after 3.5 ADCCLK. */
     bus_write16(&ADC->ADCTRL3, 0x00E0u | ADCTRL3_ADCCLKPS(2));
     bus_write16(&ADC->ADCTRL1, ADCTRL1_SEQ_CASC | ADCTRL1_CPS);
     bus_write16(&ADC->ADCMAXCONV, 1u);
@@ -115,7 +119,8 @@ static void test_clock_prescalers(void)
     TEST_ASSERT_EQUAL_UINT64(soc + 168u + 96u, bench.sample[1].tick);
 }
 
-/* Two to eight pairs, every channel once: CONV00..07 are in the first two channel registers. */
+/* Sequences of two to eight pairs, with every channel once: CONV00..07 are in the first two channel
+ * registers. */
 static void test_sequences_of_two_to_eight_pairs(void)
 {
     for (uint32_t pairs = 2u; pairs <= 8u; pairs++) {
@@ -160,7 +165,8 @@ static void test_sixteen_single_conversions_use_all_four_channel_registers(void)
     }
 }
 
-/* SEQ1 alone has eight states and the first eight results; behind the last it begins again with both. */
+/* SEQ1 alone has eight states and eight results; after the last state and result it continues with the
+ * first. */
 static void test_uncascaded_sequencer_goes_round_in_eight_results(void)
 {
     bus_write16(&ADC->ADCTRL1, ADCTRL1_ACQ_PS(4));
@@ -169,7 +175,7 @@ static void test_uncascaded_sequencer_goes_round_in_eight_results(void)
     bus_write16(&ADC->ADCTRL2, 0x0900u | ADCTRL2_RST_SEQ1);
     software_start();
     chip_run(soc + 1000u);
-    software_start(); /* states 3, 0, 1 */
+    software_start(); /* converts states 3, 0, 1 */
     chip_run(soc + 1000u);
     TEST_ASSERT_EQUAL_UINT32(3u, bench.sample[0].channel);
     TEST_ASSERT_EQUAL_UINT32(0u, bench.sample[2].channel);
@@ -196,7 +202,7 @@ static void test_boot_rom_has_copied_the_calibration(void)
 {
     TEST_ASSERT_EQUAL_HEX16(bus_otp(0x380083u), ADC->ADCREFSEL);
     TEST_ASSERT_EQUAL_HEX16(bus_otp(0x380085u), ADC->ADCOFFTRIM);
-    TEST_ASSERT_EQUAL_HEX16(0u, ADC->ADCREFSEL & 0xC000u); /* the reference inside */
+    TEST_ASSERT_EQUAL_HEX16(0u, ADC->ADCREFSEL & 0xC000u); /* the reference is internal */
     TEST_ASSERT_TRUE(ADC->ADCREFSEL != 0u && ADC->ADCOFFTRIM != 0u);
     TEST_ASSERT_TRUE_MESSAGE(abs(trim_of(ADC->ADCOFFTRIM)) <= 15, "the data sheet's offset error");
     TEST_ASSERT_EQUAL_HEX16(0xFFFFu, bus_otp(0x380084u));
@@ -204,23 +210,24 @@ static void test_boot_rom_has_copied_the_calibration(void)
     TEST_ASSERT_EQUAL_UINT16(2048u, converted(1.5));
 }
 
-/* If a debugger starts the program, the boot ROM has not copied the two words. */
+/* If a debugger starts the program, the boot ROM has not copied the two calibration words. */
 static void test_uncalibrated_converter_is_off_until_software_copies_the_words(void)
 {
     chip_power_on_by_debugger(&bench_chip, 30000000u);
-    TEST_ASSERT_EQUAL_UINT32(7500000u, chip_sysclk_hz(&bench_chip)); /* the boot ROM's /2 is missing too */
+    /* The boot ROM has not set the divider /2 either. */
+    TEST_ASSERT_EQUAL_UINT32(7500000u, chip_sysclk_hz(&bench_chip));
     bench_clock();
     bench_adc(SKIP_SOC);
     TEST_ASSERT_EQUAL_HEX16(0u, ADC->ADCREFSEL | ADC->ADCOFFTRIM);
     int32_t missing = trim_of(bus_otp(0x380085u));
     int32_t low = (int32_t)converted(0.3) - 409;
     int32_t high = (int32_t)converted(2.7) - 3686;
-    int32_t gain = high - low; /* over 3277 codes */
+    int32_t gain = high - low; /* gain error over 3277 codes */
     TEST_ASSERT_TRUE_MESSAGE(gain <= -10 || gain >= 10, "a gain error");
     TEST_ASSERT_TRUE_MESSAGE(gain >= -30 && gain <= 30, "within the data sheet");
     TEST_ASSERT_INT32_WITHIN(1, -missing + gain * 409 / 3277, low);
     bus_write16(&ADC->ADCREFSEL, bus_otp(0x380083u));
-    TEST_ASSERT_EQUAL_UINT16(2048 - missing, converted(1.5)); /* the offset alone is left */
+    TEST_ASSERT_EQUAL_UINT16(2048 - missing, converted(1.5)); /* only the offset error remains */
     bus_write16(&ADC->ADCOFFTRIM, bus_otp(0x380085u));
     TEST_ASSERT_EQUAL_UINT16(409u, converted(0.3));
     TEST_ASSERT_EQUAL_UINT16(3686u, converted(2.7));
@@ -233,7 +240,7 @@ static void test_module_reset_and_chip_reset_treat_the_calibration_differently(v
     bus_write16(&ADC->ADCTRL1, ADCTRL1_RESET);
     TEST_ASSERT_EQUAL_HEX16(0u, ADC->ADCREFSEL | ADC->ADCOFFTRIM);
     bus_allow();
-    bus_write16(&SYSCTRL->WDKEY, 1u); /* the boot ROM runs after it */
+    bus_write16(&SYSCTRL->WDKEY, 1u); /* resets the chip; the boot ROM runs after it */
     TEST_ASSERT_EQUAL_HEX16(bus_otp(0x380083u), ADC->ADCREFSEL);
     TEST_ASSERT_EQUAL_HEX16(bus_otp(0x380085u), ADC->ADCOFFTRIM);
 }
@@ -273,14 +280,14 @@ static void test_start_stop_mode_goes_on_behind_the_last_state(void)
     software_start();
     chip_run(soc + 1000u);
     TEST_ASSERT_EQUAL_HEX16(0x0003u, ADC->ADCASEQSR);
-    software_start(); /* no RST_SEQ1 */
+    software_start(); /* without RST_SEQ1 */
     chip_run(soc + 1000u);
     static const uint32_t channel[] = {3u, 11u, 4u, 12u, 5u, 13u};
     for (uint32_t i = 0u; i < 6u; i++) {
         TEST_ASSERT_EQUAL_UINT32(channel[i], bench.sample[i].channel);
         TEST_ASSERT_EQUAL_UINT16(code(channel[i]), ADC_MIRROR->ADCRESULT[6u + i]);
     }
-    software_start(); /* states 6, 7 and round to 0 */
+    software_start(); /* converts states 6, 7 and continues at 0 */
     chip_run(soc + 1000u);
     TEST_ASSERT_EQUAL_UINT32(6u, bench.sample[0].channel);
     TEST_ASSERT_EQUAL_UINT32(7u, bench.sample[2].channel);
@@ -415,10 +422,11 @@ static void test_events_wait_at_their_count_while_disabled(void)
     bus_write16(&EPWM(1u)->ETPS, ETPS_SOCAPRD(3));
     uint64_t from = chip_now(&bench_chip);
     chip_run(from + 5u * CARRIER);
-    TEST_ASSERT_EQUAL_HEX16(3u << 10, EPWM(1u)->ETPS & 0x0C00u); /* five events, counted to three */
+    /* Five events; the counter of the pre-scaler stops at three. */
+    TEST_ASSERT_EQUAL_HEX16(3u << 10, EPWM(1u)->ETPS & 0x0C00u);
     bus_write16(&EPWM(1u)->ETSEL, ETSEL_SOCAEN | ETSEL_SOCASEL(ET_CMPB_DOWN));
     bench_forget();
-    chip_run(from + 6u * CARRIER + 200u); /* the next one starts */
+    chip_run(from + 6u * CARRIER + 200u); /* the next event starts a conversion */
     TEST_ASSERT_EQUAL_UINT32(8u, bench.samples);
     chip_run(from + 8u * CARRIER + 200u);
     TEST_ASSERT_EQUAL_UINT32(8u, bench.samples);

@@ -1,21 +1,22 @@
-/* Boards of other shapes: crystal and SYSCLK, legs on ePWM4..6, the upper pulse centred on the period match,
- * gates that are active low. The fast path against the general engine as in test_carrier.c (AQCTLB = 0x0090
- * keeps the set-up from being plain), averages against edges, both against the formula. */
+/* Boards that differ in crystal and SYSCLK, in their legs (on ePWM4..6), in the position of the upper
+ * pulse (centred on the period match) or in the polarity of the gates (active low). As in test_carrier.c,
+ * the fast path is compared with the general engine (AQCTLB = 0x0090 makes the chip use the general
+ * engine), and averages are compared with edges; both are compared with the formula. */
 #include <string.h>
 #include <unity.h>
 
 #include "bench.h"
 
 #define LEGS        3u
-#define ZERO_WORD   0x0090u /* A high while CTR < CMPA */
-#define PERIOD_WORD 0x0060u /* A high while CTR >= CMPA */
+#define ZERO_WORD   0x0090u /* output A is high while CTR < CMPA */
+#define PERIOD_WORD 0x0060u /* output A is high while CTR >= CMPA */
 #define AHC         0x000Bu
 #define ALC         0x0007u
 
 typedef struct {
-    uint32_t crystal_hz; /* x 10 / 2 */
-    uint32_t first;      /* ePWM of the first leg */
-    bool led;            /* ePWM1 counts ahead of ePWM4 */
+    uint32_t crystal_hz; /* SYSCLK is this times 10 / 2 */
+    uint32_t first;      /* number of the ePWM of the first leg */
+    bool led;            /* ePWM1 counts too, before ePWM4 */
     uint16_t aqctla, dbctl, half, red, fed;
 } board_t;
 
@@ -31,7 +32,7 @@ static uint32_t random_below(uint32_t n)
     return (uint32_t)(((uint64_t)random_state * n) >> 32);
 }
 
-/* Compare values with all the corners often enough. */
+/* Random compare values, among which the corners of the range are frequent. */
 static void next_compare(void)
 {
     const uint32_t p = board.half;
@@ -92,7 +93,7 @@ static void begin(const board_t *shape, bool plain)
     start = chip_now(&bench_chip);
 }
 
-/* One carrier period; whole at every SYSCLK used here. */
+/* One carrier period; it is a whole number of ticks at every SYSCLK of this test. */
 static uint64_t period_ticks(void)
 {
     return 2u * (uint64_t)board.half * 150000000u / (5u * board.crystal_hz);
@@ -152,8 +153,8 @@ static void test_same_events_on_modules_4_to_6(void)
     same_events(&(board_t){20000000u, 4u, true, PERIOD_WORD, ALC, 5000u, 201u, 201u});
 }
 
-/* While tripped, no edge is visible; after the release the pins show the levels that the legs have reached.
- * */
+/* While the legs are tripped, no edge is visible; after the release the pins have the levels that the legs
+ * have reached meanwhile. */
 static void test_release_of_blind_legs_shows_the_true_state(void)
 {
     const board_t shape = {20000000u, 4u, false, PERIOD_WORD, AHC, 5000u, 301u, 298u};
@@ -182,8 +183,9 @@ static void test_release_of_blind_legs_shows_the_true_state(void)
     }
 }
 
-/* CMPA = 200 is shorter than the dead bands, so the last edge of a period no one saw comes after the next
- * zero: 298 - 200 counts after it on the lower gate, 301 - 200 on the upper. 1.5 ticks a count. */
+/* CMPA = 200 is shorter than the dead bands. Therefore the last edge of a period that nothing observed
+ * comes after the next zero: 298 - 200 counts after it on the lower gate, 301 - 200 on the upper one. A
+ * count is 1.5 ticks. */
 static void test_dead_band_of_a_blind_period_reaches_over_zero(void)
 {
     for (uint32_t on_period = 0u; on_period < 2u; on_period++) {
@@ -205,7 +207,8 @@ static void test_dead_band_of_a_blind_period_reaches_over_zero(void)
     }
 }
 
-/* By hand, 100 MHz: 1.5 ticks a count. Leg 4 rises at 1000 + 200, falls at 10000 - 1000. */
+/* Calculated by hand for 100 MHz, where a count is 1.5 ticks: leg 4 rises at 1000 + 200 and falls at 10000
+ * - 1000. */
 static void test_edges_are_where_the_formula_puts_them(void)
 {
     begin(&(board_t){20000000u, 4u, false, PERIOD_WORD, AHC, 5000u, 200u, 200u}, true);
@@ -230,8 +233,8 @@ static void test_edges_are_where_the_formula_puts_them(void)
     }
 }
 
-/* Without a dead band pin A is high exactly as long as the average says, at every corner and on the way from
- * one to another. */
+/* Without a dead band pin A is high exactly for the time that the average states, at every corner of the
+ * range and at random values between. */
 static void averages_are_the_edges(const board_t *shape)
 {
     static uint64_t high[300][LEGS];
@@ -279,7 +282,7 @@ static void average_of(const board_t *shape, uint16_t compare, average_t *averag
     *average = bench.average[bench.averages - 1u];
 }
 
-/* 100 MHz, half ticks rounded: 33 counts of dead band are 49.5 ticks. */
+/* At 100 MHz half ticks are rounded: 33 counts of dead band are 49.5 ticks. */
 static void test_averages_in_ticks_at_100_megahertz(void)
 {
     average_t average;
@@ -310,8 +313,8 @@ static void test_averages_at_the_limits_centred_on_the_period_match(void)
     }
 }
 
-/* Pin low = gate on: the upper gate's pin is low for high - dead ticks, the lower one's for the rest less a
- * dead band. */
+/* The gates are active low: the pin of the upper gate is low for high - dead ticks, that of the lower one
+ * for the rest of the period less a dead band. */
 static void test_averages_of_active_low_gates(void)
 {
     const board_t shape = {30000000u, 1u, false, ZERO_WORD, ALC, 7500u, 450u, 450u};
@@ -366,7 +369,7 @@ static void test_carrier_zeros_ahead_are_exact(void)
     }
 }
 
-/* Counting up, TBCLK = SYSCLK / 4: 1000 counts are 4000 cycles. */
+/* The counter counts up with TBCLK = SYSCLK / 4, so that 1000 counts are 4000 cycles. */
 static void test_zeros_ahead_of_a_divided_up_counter(void)
 {
     bench_power_on();
@@ -381,7 +384,7 @@ static void test_zeros_ahead_of_a_divided_up_counter(void)
     TEST_ASSERT_EQUAL_UINT64(start + 20000u, chip_carrier_zero(&bench_chip, 3u));
 }
 
-/* ePWM2 must not count independently while the legs are on 4..6. */
+/* ePWM2 must not count by itself while the legs are on ePWM4..6; otherwise the fast path is not allowed. */
 static void test_another_counter_beside_the_legs_is_not_plain(void)
 {
     for (uint32_t led = 0u; led < 2u; led++) {
@@ -394,7 +397,7 @@ static void test_another_counter_beside_the_legs_is_not_plain(void)
         TEST_ASSERT_FALSE(chip_carrier_plain(&bench_chip));
     }
     begin(&(board_t){30000000u, 4u, true, ZERO_WORD, AHC, 7500u, 450u, 450u}, true);
-    bus_write16(&EPWM(1u)->AQCTLA, ZERO_WORD); /* a leader whose output does something */
+    bus_write16(&EPWM(1u)->AQCTLA, ZERO_WORD); /* a leading module whose output has an action */
     run_periods(6u);
     TEST_ASSERT_FALSE(chip_carrier_plain(&bench_chip));
 }

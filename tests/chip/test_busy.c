@@ -1,20 +1,22 @@
-/* Software that takes time: an interrupt function during which time passes, a section of the background with
- * INTM set; and when the CPU is back in the background. */
+/* Software that takes time: time passes during an interrupt function, and in a part of the background with
+ * INTM set. The tests check when an interrupt is taken and when the CPU returns to the background. */
 #include <unity.h>
 
 #include "bench.h"
 
-#define LATENCY 14u   /* [ticks] request to entry, see test_interrupts.c */
-#define ENTRY   114u  /* [ticks] counter zero to the sample interrupt: 201 - 87 to the last result */
-#define WORK    2000u /* [ticks] */
+#define LATENCY 14u /* [ticks] request to entry, see test_interrupts.c */
+/* [ticks] from counter zero to the sample interrupt: the last result comes 201 after the SOC, which is 87
+ * before zero. */
+#define ENTRY 114u
+#define WORK  2000u /* [ticks] */
 
 static uint64_t start;
 static chip_world_t world;
-static uint64_t work;  /* [ticks] that the sample interrupt works before it writes */
-static uint64_t wrote; /* when it has last done so */
+static uint64_t work;  /* [ticks] execution time of the sample interrupt before it writes */
+static uint64_t wrote; /* tick of its last write */
 static uint32_t vectors[8];
 static uint32_t vector_count;
-static uint64_t section; /* [ticks] */
+static uint64_t section; /* [ticks] duration of a part of the background with INTM set */
 static uint64_t trip_at;
 static uint64_t timer_at;
 
@@ -92,9 +94,9 @@ static void test_what_is_written_after_the_work_is_written_then(void)
     TEST_ASSERT_EQUAL_UINT64(start + CARRIER + 5000u, chip_now(&bench_chip));
 }
 
-/* A write in time for the zero of period 5 acts there; a write just after it acts at the zero of period 6.
- * A leg is high for twice its
- * compare value, 3000 before and 2000 after, less the dead band of 450. */
+/* A write just before the zero of period 5 acts in period 5; a write just after it acts from the zero of
+ * period 6 on. A leg is high for twice its compare value, which is 3000 before and 2000 after, less the
+ * dead band of 450. */
 static void high_after(uint64_t ticks, uint64_t high_5, uint64_t high_6)
 {
     chip_run(start + 4u * CARRIER);
@@ -116,7 +118,8 @@ static void test_compare_values_written_after_the_zero_act_a_period_later(void)
     high_after(CARRIER - ENTRY - LATENCY + 1u, 6000u, 4000u);
 }
 
-/* An interrupt of another group; the trip of the gates itself needs no software. */
+/* An interrupt of another group waits for the running function; the trip of the gates itself needs no
+ * software. */
 static void test_an_interrupt_waits_for_the_one_that_works(void)
 {
     work = WORK;
@@ -125,7 +128,8 @@ static void test_an_interrupt_waits_for_the_one_that_works(void)
     TEST_ASSERT_EQUAL_UINT32(0u, vector_count);
     bus_write16(&PIE->group[1].IFR, 1u);
     chip_run(start + 2u * CARRIER);
-    /* both wait at the entry of the first: group 1 is taken, group 2 after its return */
+    /* Both requests wait when the first function is entered: group 1 is taken, and group 2 after its
+     * return. */
     TEST_ASSERT_EQUAL_UINT64(entry(1u) + WORK + LATENCY, trip_at);
 }
 
@@ -136,12 +140,13 @@ static void test_of_its_own_group_the_next_comes_after_return_and_acknowledge(vo
     work = WORK;
     chip_run(entry(1u));
     bus_write16(&PIE->group[0].IFR,
-                1u | 1u << 6); /* the CPU has the first request and has not entered its function yet */
+                1u | 1u << 6); /* the CPU has taken the first request and has not entered its function yet */
     chip_run(start + 2u * CARRIER);
     TEST_ASSERT_EQUAL_UINT64(entry(1u) + WORK + LATENCY, timer_at);
 }
 
-/* The sample interrupt clears its flag at its end: a sequence that ends before finds it set and is lost. */
+/* The sample interrupt clears its flag at its end. A sequence that ends before this finds the flag set,
+ * and its interrupt is lost. */
 static void test_longer_than_a_period_a_sample_is_lost(void)
 {
     work = CARRIER + WORK;

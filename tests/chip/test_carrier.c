@@ -1,7 +1,6 @@
-/* The fast path for the plain carrier against the general engine, and averages against edges.
- *
- * AQCTLB = 0x0090 is the switch between the two: output B of the action qualifier reaches no pin while the
- * dead band is fed by A, but the set-up is no longer the plain one. */
+/* Compares the fast path for the plain carrier with the general engine, and averages with edges. AQCTLB =
+ * 0x0090 selects the general engine: output B of the action qualifier reaches no pin, because the dead
+ * band uses output A, but the set-up is no longer the plain one. */
 #include <string.h>
 #include <unity.h>
 
@@ -25,7 +24,7 @@ static uint32_t random_below(uint32_t n)
     return (uint32_t)(((uint64_t)random_state * n) >> 32);
 }
 
-/* Compare values with all the corners often enough. */
+/* Random compare values, among which the corners of the range are frequent. */
 static uint16_t random_compare(void)
 {
     static const uint16_t corner[] = {0u,    1u,    2u,    224u,  225u,  226u,  449u,  450u,  451u, 7049u,
@@ -86,7 +85,8 @@ static void test_same_edges_with_other_dead_bands_and_polarities(void)
     same_edges(0x000Bu, 1u, 0u);
 }
 
-/* One period of one leg by hand: falls at CMPA, rises at 15000 - CMPA, rising edges 450 late. */
+/* The edges of one leg in one period, calculated by hand. The leg falls at CMPA and rises at 15000 - CMPA;
+ * every rising edge is delayed by 450. */
 static void test_edges_are_where_the_formula_puts_them(void)
 {
     bench_compare[0] = 3000u;
@@ -122,8 +122,9 @@ static void test_never_both_gates_of_a_leg(void)
     }
 }
 
-/* Sum over edges in a carrier period: pin A is high for high - dead, pin B for period - high - dead, unless
- * the leg does not switch or a pulse is eaten by the dead band. Compare values are kept away from these. */
+/* Sum over the edges of a carrier period: pin A is high for high - dead, pin B for period - high - dead.
+ * This does not hold if the leg does not switch or if a pulse is shorter than the dead band; the compare
+ * values avoid these cases. */
 static void wide_compare(void)
 {
     for (uint32_t leg = 0u; leg < LEGS; leg++) {
@@ -155,7 +156,8 @@ static void test_averaged_high_times_are_the_sum_over_edges(void)
         TEST_ASSERT_EQUAL_UINT32(CARRIER, bench.average[k].period);
         TEST_ASSERT_EQUAL_UINT32(450u, bench.average[k].dead);
         TEST_ASSERT_TRUE(k < 2u || bench.average[k].ends == (begins_high[k] != 0u));
-        for (uint32_t leg = 0u; leg < LEGS && k >= 2u; leg++) { /* the first periods start from all low */
+        /* In the first periods all pins are low at the start. */
+        for (uint32_t leg = 0u; leg < LEGS && k >= 2u; leg++) {
             uint32_t a = bench.average[k].high[leg];
             TEST_ASSERT_EQUAL_UINT64(a - 450u, high[k][2u * leg]);
             TEST_ASSERT_EQUAL_UINT64(CARRIER - a - 450u, high[k][2u * leg + 1u]);
@@ -180,14 +182,14 @@ static void test_averaged_high_times_at_the_limits(void)
     bench_in_interrupt = NULL;
     chip_set_averaged(&bench_chip, true);
     chip_run(start + 3u * CARRIER);
-    bench_compare[0] = 0u; /* written in the period that begins at 3, loaded at 4, effective at 5 */
+    bench_compare[0] = 0u; /* written in the period that begins at 3, loaded at 4, acts until 5 */
     chip_run(start + 7u * CARRIER);
     TEST_ASSERT_EQUAL_UINT32(7500u, bench.average[3].high[0]);
     TEST_ASSERT_EQUAL_UINT32(15000u, bench.average[4].high[0]);
     TEST_ASSERT_EQUAL_UINT32(0u, bench.average[5].high[0]);
 }
 
-/* Random changes between the modes must not change the shown edges, nor the state behind them. */
+/* Random changes between averages and edges must change neither the visible edges nor the internal state. */
 static void test_averaged_periods_leave_the_right_state_behind(void)
 {
     begin(true, 0x000Bu, 450u, 450u);
@@ -207,7 +209,7 @@ static void test_averaged_periods_leave_the_right_state_behind(void)
             j++;
         }
         if (j < count &&
-            kept[j].tick <= bench.edge[i].tick) { /* the level at this tick, in the run without averages */
+            kept[j].tick <= bench.edge[i].tick) { /* the level at this tick in the run without averages */
             TEST_ASSERT_EQUAL_HEX32(kept[j].level, bench.edge[i].level);
             compared += kept[j].tick == bench.edge[i].tick;
         }
@@ -222,11 +224,11 @@ static void test_unplain_legs_are_reported_by_edges_in_averaged_mode(void)
     chip_run(start + 20u * CARRIER);
     TEST_ASSERT_EQUAL_UINT32(0u, bench.averages);
     TEST_ASSERT_TRUE_MESSAGE(bench.edges > 50u, "edges expected");
-    begin(true, 0x0007u, 450u, 450u); /* active low complementary: not what the average describes */
+    begin(true, 0x0007u, 450u, 450u); /* active low complementary: the average does not describe this mode */
     chip_set_averaged(&bench_chip, true);
     chip_run(start + 20u * CARRIER);
     TEST_ASSERT_EQUAL_UINT32(0u, bench.averages);
-    begin(true, 0x000Bu, 450u, 451u); /* two different dead bands */
+    begin(true, 0x000Bu, 450u, 451u); /* the two dead bands differ */
     chip_set_averaged(&bench_chip, true);
     chip_run(start + 20u * CARRIER);
     TEST_ASSERT_EQUAL_UINT32(0u, bench.averages);
@@ -275,13 +277,13 @@ static void test_release_in_the_middle_of_a_period_shows_the_true_state(void)
     }
 }
 
-/* The releasing write comes at the very tick of an edge: the edge has happened. */
+/* The release is written exactly at the tick of an edge: the pins show the level after this edge. */
 static void test_release_at_the_tick_of_an_edge(void)
 {
     bench_start(0u);
     start = chip_now(&bench_chip);
     chip_set_pin(&bench_chip, 12u, false);
-    chip_run(start + 5u * CARRIER + 3750u + 450u); /* the lower gates come on here */
+    chip_run(start + 5u * CARRIER + 3750u + 450u); /* at this tick the lower gates turn on */
     chip_set_pin(&bench_chip, 12u, true);
     bench_forget();
     bench_allowed16(&EPWM(1u)->TZCLR, TZ_OST | TZ_INT);
@@ -289,7 +291,7 @@ static void test_release_at_the_tick_of_an_edge(void)
     TEST_ASSERT_EQUAL_HEX32(2u, bench.edge[0].level);
 }
 
-/* A write that ends the plain set-up in the middle of a period whose edges were not read. */
+/* A write that ends the plain set-up in the middle of a period whose edges nobody has read. */
 static void test_leaving_the_plain_set_up_in_an_averaged_period(void)
 {
     for (uint32_t phase = 0u; phase < CARRIER; phase += 611u) {
@@ -315,7 +317,7 @@ static void test_leaving_the_plain_set_up_in_an_averaged_period(void)
     }
 }
 
-/* No edge comes any more, so the stop itself must end the average. */
+/* After the clock has stopped no edge follows, so that the stop itself must end the average. */
 static void test_stopped_clock_in_an_averaged_period_shows_the_levels(void)
 {
     begin(true, 0x000Bu, 450u, 450u);
@@ -382,14 +384,14 @@ static void test_runs_in_pieces_as_in_one(void)
         chip_run(t);
     }
     chip_run(start + 40u * CARRIER);
-    whole.limit = bench_chip.limit; /* scratch of the last search */
+    whole.limit = bench_chip.limit; /* a value that only the last search used */
     TEST_ASSERT_EQUAL_MEMORY(&whole, &bench_chip, sizeof whole);
 }
 
 static uint64_t pull_at;
 static bool pulled;
 
-/* The board pulls the trip pin as its answer to the first callback at pull_at. */
+/* The board pulls the trip pin low in the first callback at or after pull_at. */
 static void pull(uint64_t tick, bool analog)
 {
     (void)analog;
@@ -412,7 +414,7 @@ static void test_pin_pulled_in_a_conversion_brings_the_edges_back_in_order(void)
 {
     begin(true, 0x000Bu, 10u, 10u);
     bench_in_interrupt = NULL;
-    bench_compare[0] = 20u; /* falls between the sample windows at zero and at zero + 42 */
+    bench_compare[0] = 20u; /* the leg falls between the sample windows at zero and at zero + 42 */
     trip_does_nothing();
     chip_set_averaged(&bench_chip, true);
     chip_run(start + 5u * CARRIER - 1000u);

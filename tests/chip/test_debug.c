@@ -1,10 +1,11 @@
-/* A debugger: halt, run, real-time mode, restart. The emulation bits in each peripheral's guide determine
- * which peripherals stop and which continue. 150 MHz: a cycle is a tick. */
+/* A debugger halts the chip, runs it, uses the real-time mode and restarts the program. The emulation bits
+ * in the guide of each peripheral state which peripherals stop and which continue. SYSCLK is 150 MHz, so
+ * that a cycle is a tick. */
 #include <unity.h>
 
 #include "bench.h"
 
-#define TBCTL_LEADER   0x0012u /* without FREE_SOFT */
+#define TBCTL_LEADER   0x0012u /* with FREE_SOFT = 0 */
 #define TBCTL_FOLLOWER 0x2006u
 
 static uint64_t start;
@@ -26,7 +27,8 @@ static void start_with(uint32_t free_soft)
         bus_write16(&EPWM(n)->TBCTL, (uint16_t)((n == 1u ? TBCTL_LEADER : TBCTL_FOLLOWER) | free_soft << 14));
     }
     start = chip_now(&bench_chip);
-    chip_run(start + 5u * CARRIER + 4000u); /* upper gate of the first leg off, others on their way */
+    /* The upper gate of the first leg is off, the edges of the others follow. */
+    chip_run(start + 5u * CARRIER + 4000u);
     TEST_ASSERT_TRUE(chip_carrier_plain(&bench_chip));
 }
 
@@ -48,7 +50,7 @@ static void test_legs_stop_in_one_zero_vector_at_the_end_of_the_cycle(void)
     TEST_ASSERT_EQUAL_HEX32(0x15u, level()); /* all upper gates on: output A is high at counter zero */
     TEST_ASSERT_TRUE(bench.edge[bench.edges - 1u].tick < start + 6u * CARRIER);
     TEST_ASSERT_EQUAL_UINT64(start + 6u * CARRIER, chip_carrier_tick(&bench_chip));
-    /* it continues from there, in step */
+    /* From this tick it continues, synchronous as before. */
     uint64_t from = chip_now(&bench_chip);
     chip_debug_run(&bench_chip);
     bench_forget();
@@ -57,7 +59,7 @@ static void test_legs_stop_in_one_zero_vector_at_the_end_of_the_cycle(void)
     TEST_ASSERT_EQUAL_UINT64(from + CARRIER, chip_carrier_tick(&bench_chip));
     TEST_ASSERT_EQUAL_UINT64(from + 3000u, bench.edge[0].tick);
     TEST_ASSERT_EQUAL_HEX32(0x14u, bench.edge[0].level);
-    TEST_ASSERT_EQUAL_UINT32(12u, bench.edges); /* a whole period of three legs */
+    TEST_ASSERT_EQUAL_UINT32(12u, bench.edges); /* the edges of a whole period of three legs */
 }
 
 static void test_counters_stop_at_the_next_count(void)
@@ -71,7 +73,7 @@ static void test_counters_stop_at_the_next_count(void)
     for (uint32_t n = 1u; n <= 3u; n++) {
         TEST_ASSERT_EQUAL_UINT16(4001u, EPWM(n)->TBCTR);
     }
-    TEST_ASSERT_EQUAL_HEX32(0x1Au, level()); /* the dead band of the second leg ran out at 4200 */
+    TEST_ASSERT_EQUAL_HEX32(0x1Au, level()); /* the dead band of the second leg ended at 4200 */
     TEST_ASSERT_EQUAL_UINT64(start + 5u * CARRIER + 4200u, bench.edge[bench.edges - 1u].tick);
     uint64_t from = chip_now(&bench_chip);
     chip_debug_run(&bench_chip);
@@ -99,13 +101,13 @@ static void test_free_counters_run_on(void)
     }
 }
 
-/* A counter that is not one of the legs stops, while the legs continue; with the CPU it continues too. */
+/* A counter that drives no leg stops while the legs continue; it continues together with the CPU. */
 static void test_a_stopped_neighbour_of_free_legs_goes_on_after_the_halt(void)
 {
     start_with(2u);
     bench_allowed16(&SYSCTRL->PCLKCR1, 0x003Fu);
     bus_write16(&EPWM(5u)->TBPRD, 60000u);
-    bus_write16(&EPWM(5u)->TBCTL, 0u); /* up, stops at the next count */
+    bus_write16(&EPWM(5u)->TBCTL, 0u); /* counts up and stops at the next count */
     uint64_t from = chip_now(&bench_chip);
     chip_run(from + 20000u);
     chip_debug_halt(&bench_chip);
@@ -179,7 +181,7 @@ static void test_requests_wait_until_the_CPU_runs(void)
     chip_debug_run(&bench_chip);
     chip_run(start + 20u * CARRIER + 4000u + 15u);
     TEST_ASSERT_EQUAL_UINT32(entered + 1u,
-                             bench_samples); /* one was pending, the others found its flag set */
+                             bench_samples); /* one request was pending, the others found their flag set */
     chip_run(start + 23u * CARRIER + 4000u);
     TEST_ASSERT_EQUAL_UINT32(entered + 4u, bench_samples);
 }
@@ -201,8 +203,8 @@ static void test_real_time_mode_serves_the_groups_of_DBGIER(void)
 {
     start_with(2u);
     enable_trip_interrupt();
-    bus_debug_groups(1u << 0); /* INT1 alone */
-    bus_interrupts_disable();  /* INTM does not count in a real-time halt */
+    bus_debug_groups(1u << 0); /* only INT1 is a time-critical interrupt */
+    bus_interrupts_disable();  /* INTM has no effect in a real-time halt */
     chip_debug_realtime(&bench_chip, true);
     chip_debug_halt(&bench_chip);
     uint32_t entered = bench_samples;
@@ -244,7 +246,7 @@ static void look_inside(void)
 
 static void test_DBGM_keeps_the_debugger_out_while_the_CPU_runs(void)
 {
-    TEST_ASSERT_FALSE(chip_debug_can_look(&bench_chip)); /* set by reset */
+    TEST_ASSERT_FALSE(chip_debug_can_look(&bench_chip)); /* the reset has set DBGM */
     chip_debug_halt(&bench_chip);
     TEST_ASSERT_TRUE(chip_debug_can_look(&bench_chip));
     chip_debug_run(&bench_chip);
@@ -255,7 +257,7 @@ static void test_DBGM_keeps_the_debugger_out_while_the_CPU_runs(void)
     seen_inside = true;
     bench_in_interrupt = look_inside;
     chip_run(chip_now(&bench_chip) + 3u * CARRIER);
-    TEST_ASSERT_FALSE(seen_inside); /* set on entry */
+    TEST_ASSERT_FALSE(seen_inside); /* the entry of the interrupt has set DBGM */
     TEST_ASSERT_TRUE(chip_debug_can_look(&bench_chip));
     bus_allow();
     bus_write16(&SYSCTRL->WDKEY, 1u);
@@ -377,7 +379,7 @@ static void conversions(uint32_t mode, bool at_start)
         chip_debug_halt(&bench_chip);
     }
     bus_write16(&ADC->ADCTRL2, 0x0900u | ADCTRL2_SOC_SEQ1);
-    chip_run(start + 50u); /* the first pair is held, at 45 */
+    chip_run(start + 50u); /* the first pair is held at 45 */
     chip_debug_halt(&bench_chip);
     chip_run(start + 1050u);
 }
@@ -393,7 +395,7 @@ static void test_adc_follows_its_suspend_mode(void)
         TEST_ASSERT_EQUAL_UINT32(8u, bench.samples);
         TEST_ASSERT_EQUAL_UINT64(start + 45u + 42u + (mode < 2u ? 0u : 1000u), bench.sample[2].tick);
         TEST_ASSERT_EQUAL_HEX16(ADCST_INT_SEQ1, ADC->ADCST);
-        conversions(mode, true); /* a start during the halt */
+        conversions(mode, true); /* the conversion starts during the halt */
         TEST_ASSERT_EQUAL_UINT32(mode == 0u ? 8u : 0u, bench.samples);
         chip_debug_run(&bench_chip);
         chip_run(start + 2000u);
@@ -443,7 +445,7 @@ static void test_restart_without_reset_keeps_everything(void)
     bus_debug_allow();
     bus_allow();
     bus_interrupts_disable();
-    bus_write16(&PIE->group[1].IFR, 1u); /* goes to the CPU and waits there */
+    bus_write16(&PIE->group[1].IFR, 1u); /* the request goes to the CPU and waits there */
     chip_look(&bench_chip);
     static f28335_t before;
     before = bench_chip.registers;
@@ -459,9 +461,9 @@ static void test_restart_without_reset_keeps_everything(void)
     TEST_ASSERT_EQUAL_UINT32(1u, chip_report_count(&bench_chip, CHIP_PROTECTED_WRITE));
     uint32_t entered = bench_samples;
     chip_run(start + 9u * CARRIER);
-    TEST_ASSERT_EQUAL_UINT32(entered, bench_samples); /* INTM */
+    TEST_ASSERT_EQUAL_UINT32(entered, bench_samples); /* INTM is set */
     TEST_ASSERT_EQUAL_UINT64(start + 8u * CARRIER, chip_carrier_tick(&bench_chip));
-    bus_interrupts_enable(); /* the leftovers strike: IER, IFR and the vectors are as they were */
+    bus_interrupts_enable(); /* the old requests are taken: IER, IFR and the vectors are unchanged */
     chip_run(start + 9u * CARRIER + 100u);
     TEST_ASSERT_EQUAL_UINT32(entered + 1u, bench_samples);
     TEST_ASSERT_EQUAL_UINT32(1u, calls);

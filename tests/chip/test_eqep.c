@@ -1,4 +1,4 @@
-/* eQEP1: position counter, unit timer and latch, flags. 150 MHz: a cycle is a tick. */
+/* eQEP1: position counter, unit timer and latch, flags. SYSCLK is 150 MHz, so that a cycle is a tick. */
 #include <unity.h>
 
 #include "bench.h"
@@ -29,7 +29,7 @@ static uint32_t count_after(uint64_t ticks)
 
 static void test_counts_the_way_since_enabling(void)
 {
-    bench.encoder_offset = 123456; /* the position of the shaft at rest does not matter */
+    bench.encoder_offset = 123456; /* the count does not depend on the position of the shaft at rest */
     enable(0u);
     TEST_ASSERT_EQUAL_UINT32(0u, count_after(1000u));
     bench.encoder_offset += 17;
@@ -45,7 +45,7 @@ static void test_wraps_at_the_maximum_both_ways(void)
     enable(0u);
     bench.encoder_offset -= 1;
     TEST_ASSERT_EQUAL_UINT32(9999u, count_after(1000u));
-    TEST_ASSERT_EQUAL_HEX16(1u << 5, EQEP(1u)->QFLG & (3u << 5)); /* underflow */
+    TEST_ASSERT_EQUAL_HEX16(1u << 5, EQEP(1u)->QFLG & (3u << 5)); /* the underflow flag */
     bench.encoder_offset += 1;
     TEST_ASSERT_EQUAL_UINT32(0u, count_after(2000u));
     TEST_ASSERT_EQUAL_HEX16(3u << 5, EQEP(1u)->QFLG & (3u << 5));
@@ -81,7 +81,8 @@ static void test_not_enabled_not_muxed_or_not_clocked_does_not_count(void)
     bench.encoder_offset += 10;
     TEST_ASSERT_EQUAL_UINT32(0u, count_after(1000u));
     bus_allow();
-    bus_write32(&GPIO_CONTROL(1u)->MUX2, GPIO_FIELD(50u, 1u) | GPIO_FIELD(51u, 1u)); /* the other pins */
+    /* Selects the other pins. */
+    bus_write32(&GPIO_CONTROL(1u)->MUX2, GPIO_FIELD(50u, 1u) | GPIO_FIELD(51u, 1u));
     bench.encoder_offset += 10;
     TEST_ASSERT_EQUAL_UINT32(10u, count_after(2000u));
     bus_write16(&SYSCTRL->PCLKCR1, 0u);
@@ -101,7 +102,7 @@ static void test_second_module_has_its_own_pins_clock_and_interrupt(void)
     bus_write32(&EQEP(2u)->QUPRD, 10000u);
     bus_write16(&EQEP(2u)->QEINT, QEP_UTO);
     bus_write16(&EQEP(2u)->QEPCTL, QEPCTL_QPEN | QEPCTL_PCRM(1) | QEPCTL_UTE | QEPCTL_QCLM);
-    enable(0u); /* eQEP1 too, but it has no pins */
+    enable(0u); /* enables eQEP1 too, but it has no pins */
     bench.encoder_offset -= 10;
     chip_run(start + 10001u);
     TEST_ASSERT_EQUAL_UINT32(3990u, EQEP(2u)->QPOSLAT);
@@ -151,7 +152,7 @@ static void test_latch_is_the_position_at_the_tick_of_the_time_out(void)
     uint32_t began = (uint32_t)((int64_t)start * bench.encoder_rate >> 20);
     for (uint32_t k = 1u; k < 5u; k++) {
         chip_run(start + k * 15000u);
-        TEST_ASSERT_EQUAL_HEX16(0u, EQEP(1u)->QFLG & QEP_UTO); /* not before */
+        TEST_ASSERT_EQUAL_HEX16(0u, EQEP(1u)->QFLG & QEP_UTO); /* the unit time has not ended yet */
         chip_run(start + k * 15000u + 1u);
         TEST_ASSERT_EQUAL_HEX16(QEP_UTO, EQEP(1u)->QFLG & QEP_UTO);
         uint32_t there = (uint32_t)((int64_t)(start + k * 15000u) * bench.encoder_rate >> 20);
@@ -176,7 +177,7 @@ static void test_unit_timer_can_be_set(void)
     chip_look(&bench_chip);
     TEST_ASSERT_EQUAL_HEX16(QEP_UTO, EQEP(1u)->QFLG & QEP_UTO);
     TEST_ASSERT_EQUAL_UINT32(1u, EQEP(1u)->QUTMR);
-    bus_write16(&EQEP(1u)->QEPCTL, QEPCTL_QPEN); /* stops */
+    bus_write16(&EQEP(1u)->QEPCTL, QEPCTL_QPEN); /* stops the counter */
     chip_run(start + 9000u);
     chip_look(&bench_chip);
     TEST_ASSERT_EQUAL_UINT32(1u, EQEP(1u)->QUTMR);
@@ -198,10 +199,10 @@ static void test_jump_of_the_shaft_is_a_phase_error(void)
     enable(0u);
     TEST_ASSERT_EQUAL_UINT32(0u, count_after(100u));
     bench.encoder_offset += 10;
-    TEST_ASSERT_EQUAL_UINT32(10u, count_after(110u)); /* as many counts as cycles: still possible */
+    TEST_ASSERT_EQUAL_UINT32(10u, count_after(110u)); /* one count per cycle is still possible */
     TEST_ASSERT_EQUAL_HEX16(0u, EQEP(1u)->QFLG & QEP_PHE);
     bench.encoder_offset += 11;
-    TEST_ASSERT_EQUAL_UINT32(9u, count_after(120u)); /* 11 = 3 modulo 4: the same as one count back */
+    TEST_ASSERT_EQUAL_UINT32(9u, count_after(120u)); /* 11 is 3 modulo 4, which equals one count back */
     TEST_ASSERT_EQUAL_HEX16(QEP_PHE, EQEP(1u)->QFLG & QEP_PHE);
     bus_write16(&EQEP(1u)->QCLR, QEP_PHE);
     TEST_ASSERT_EQUAL_HEX16(0u, EQEP(1u)->QFLG & QEP_PHE);
@@ -216,7 +217,7 @@ static void on_eqep(void)
     bus_write16(&PIE->PIEACK, 1u << 4);
 }
 
-/* To the count of an index pulse in any turn; the motion continues from there. */
+/* Sets the count to that of an index pulse in any turn; the motion continues from there. */
 static void test_alignment_sets_the_count_and_is_no_edge(void)
 {
     enable(0u);

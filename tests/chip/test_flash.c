@@ -9,9 +9,9 @@
 #define B_AT          0x330000u
 #define C             4u
 #define B             2u
-#define ERASE         (2u * (CHIP_FLASH_KEPT + 1u)) /* operations */
-#define PROGRAM_TICKS 7500u                         /* 50 us */
-#define ERASE_TICKS   300000000u                    /* 2 s */
+#define ERASE         (2u * (CHIP_FLASH_KEPT + 1u)) /* operations of an erase */
+#define PROGRAM_TICKS 7500u                         /* [ticks] 50 us */
+#define ERASE_TICKS   300000000u                    /* [ticks] 2 s */
 
 void setUp(void)
 {
@@ -80,7 +80,8 @@ static void test_with_interrupts_or_watchdog_on_it_is_refused_and_reported(void)
     TEST_ASSERT_EQUAL_HEX16(0xFFFFu, bus_flash(C_AT));
 }
 
-/* Each word of it, at the address that the table names, and only until the interrupt's code is back. */
+/* Each word of the flash API is required, at the address that the table names; the API may be used only
+ * until the code of the interrupt is copied back. */
 static void test_without_the_whole_api_in_its_place_it_is_refused_and_reported(void)
 {
     const bus_memory_t api = bus_flash_api();
@@ -219,7 +220,8 @@ static void test_interrupts_wait_until_it_is_over(void)
     bus_write16(&PIE->PIEACK, 1u);
     bus_write16(&PIE->group[0].IFR, 1u);
     chip_run(begin + 5u * PROGRAM_TICKS);
-    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_FLASH_MISUSE)); /* in the place of its code is the API */
+    /* The API has replaced the code of the interrupt. */
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_FLASH_MISUSE));
 }
 
 static void test_a_watchdog_that_is_started_behind_an_erase_counts_from_its_end(void)
@@ -249,7 +251,7 @@ static void test_a_wrong_check_is_a_restart_that_was_asked_for(void)
     TEST_ASSERT_FALSE(chip_restart_asked(&bench_chip));
 }
 
-/* ---- From outside ---- */
+/* ---- Access by the test bench ---- */
 
 static void test_a_page_is_filled_if_it_fits_what_is_kept(void)
 {

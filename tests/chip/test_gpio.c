@@ -1,4 +1,4 @@
-/* GPIO: data registers, direction, multiplexer, what the gates of the inverter see. */
+/* GPIO: data registers, direction, multiplexer, and what the gates of the inverter receive. */
 #include <unity.h>
 
 #include "bench.h"
@@ -16,7 +16,7 @@ static void direction(uint32_t port, uint32_t bits)
 
 static void test_inputs_follow_the_board(void)
 {
-    TEST_ASSERT_EQUAL_HEX32(0xFFFFF000u, GPIO_DATA(0u)->DAT); /* pulled up but for GPIO0..11 */
+    TEST_ASSERT_EQUAL_HEX32(0xFFFFF000u, GPIO_DATA(0u)->DAT); /* all pins except GPIO0..11 are pulled up */
     chip_set_pin(&bench_chip, 3u, true);
     chip_set_pin(&bench_chip, 12u, false);
     chip_set_pin(&bench_chip, 33u, false);
@@ -40,7 +40,7 @@ static void test_outputs_set_clear_toggle(void)
     TEST_ASSERT_EQUAL_HEX32(0xFFFFFFF8u, GPIO_DATA(1u)->DAT);
 }
 
-/* A light on any pin. */
+/* The level of a light on any pin can be read. */
 static void test_driven_outputs_can_be_asked(void)
 {
     for (uint32_t gpio = 0u; gpio < 88u; gpio++) {
@@ -58,7 +58,7 @@ static void test_driven_outputs_can_be_asked(void)
     }
     direction(1u, GPIO_PIN(32u));
     bus_allow();
-    bus_write32(&GPIO_CONTROL(1u)->MUX1, GPIO_FIELD(32u, 1u)); /* another peripheral's */
+    bus_write32(&GPIO_CONTROL(1u)->MUX1, GPIO_FIELD(32u, 1u)); /* the pin belongs to another peripheral */
     bus_protect();
     TEST_ASSERT_EQUAL_INT32(-1, chip_pin_out(&bench_chip, 32u));
 }
@@ -66,7 +66,7 @@ static void test_driven_outputs_can_be_asked(void)
 static void test_gates_can_be_asked(void)
 {
     bench_start(0u);
-    chip_run(chip_now(&bench_chip) + 3u * CARRIER + 7500u); /* period match: all lower gates on */
+    chip_run(chip_now(&bench_chip) + 3u * CARRIER + 7500u); /* at the period match all lower gates are on */
     for (uint32_t gpio = 0u; gpio < 6u; gpio++) {
         TEST_ASSERT_EQUAL_INT32((int32_t)(gpio % 2u), chip_pin_out(&bench_chip, gpio));
     }
@@ -77,7 +77,7 @@ static void test_gates_can_be_asked(void)
     TEST_ASSERT_EQUAL_INT32(-1, chip_pin_out(&bench_chip, 1u));
 }
 
-/* A light that blinks elsewhere does not end an averaged period. */
+/* A light that blinks on another pin does not end an averaged period. */
 static void test_other_outputs_leave_an_average_alone(void)
 {
     bench_start(0u);
@@ -110,8 +110,8 @@ static void test_gate_pins_float_until_muxed_or_driven(void)
     bus_write32(&GPIO_DATA(0u)->SET, 0x00000002u);
     TEST_ASSERT_EQUAL_HEX32(0x02u, bench.edge[1].level);
     bench_allowed32(&GPIO_CONTROL(0u)->MUX1, GPIO_FIELD(0u, 1u) | GPIO_FIELD(1u, 1u) | GPIO_FIELD(2u, 2u));
-    TEST_ASSERT_EQUAL_HEX32(0x03u,
-                            bench.edge[bench.edges - 1u].driven); /* a foreign function drives no gate */
+    /* The function of another peripheral drives no gate. */
+    TEST_ASSERT_EQUAL_HEX32(0x03u, bench.edge[bench.edges - 1u].driven);
     TEST_ASSERT_EQUAL_HEX32(0x00u, bench.edge[bench.edges - 1u].level);
 }
 
@@ -119,7 +119,7 @@ static void test_data_register_shows_the_gate_pins(void)
 {
     bench_start(0u);
     uint64_t from = chip_now(&bench_chip);
-    chip_run(from + 3u * CARRIER + 7500u); /* period match: all lower gates on */
+    chip_run(from + 3u * CARRIER + 7500u); /* at the period match all lower gates are on */
     TEST_ASSERT_EQUAL_HEX32(0xFFFFF02Au, GPIO_DATA(0u)->DAT);
 }
 

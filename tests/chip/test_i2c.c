@@ -4,7 +4,7 @@
 #include "bench.h"
 #include "unity.h"
 
-#define BIT_TICKS   375u /* 150 MHz / 15 = 10 MHz; 10 + 5 + 2 x 5 cycles of it: 400 kHz */
+#define BIT_TICKS   375u /* [ticks] 150 MHz / 15 = 10 MHz; a bit has 10 + 5 + 2 x 5 of its cycles: 400 kHz */
 #define OCTET_TICKS (9u * BIT_TICKS)
 #define PLACE       0x50u
 #define WRITE_TICKS 750000u /* 5 ms */
@@ -16,7 +16,7 @@
 #define XSMT  0x0400u
 #define IDLE  0x4020u /* FREE, IRS */
 #define WRITE 0x6E20u /* START, STOP, master, transmitter */
-#define SEEK  0x6620u /* the same without STOP */
+#define SEEK  0x6620u /* START, master, transmitter, without STOP */
 #define READ  0x6C20u /* START, STOP, master, receiver */
 #define STOP  0x4E20u
 
@@ -80,9 +80,8 @@ static void prepare(uint16_t slave, uint32_t at, uint16_t count)
     bus_write16(&I2CA->I2CDXR, (uint16_t)(at & 0xFFu));
 }
 
-/* This number of octets from `first` up; returns the flags once the transfer is over, STOP sent where it is
- * needed.
- */
+/* Writes this number of octets, which count up from `first`. Returns the flags after the transfer, with
+ * STOP sent where it is needed. */
 static uint16_t write_octets(uint32_t at, uint16_t first, uint16_t count)
 {
     prepare(PLACE, at, (uint16_t)(2u + count));
@@ -129,7 +128,7 @@ static void expect_octets(uint32_t at, const uint8_t *octets, uint32_t count)
 
 /* ---- the module ---- */
 
-/* START and STOP a bit each, and nine bits an octet: address, place, two octets. */
+/* START and STOP take one bit each, and an octet takes nine: address, place in the memory, two octets. */
 static void test_a_write_takes_its_bits_and_ends_with_stop(void)
 {
     prepare(PLACE, 0x0010u, 4u);
@@ -140,10 +139,10 @@ static void test_a_write_takes_its_bits_and_ends_with_stop(void)
     TEST_ASSERT_EQUAL_HEX16(BB, flags() & (BB | SCD));
     bus_wait(5u * OCTET_TICKS + 2u * BIT_TICKS - 1u);
     TEST_ASSERT_EQUAL_HEX16(BB, flags() & (BB | SCD));
-    TEST_ASSERT_EQUAL_HEX16(STOP, I2CA->I2CMDR); /* START has fallen */
+    TEST_ASSERT_EQUAL_HEX16(STOP, I2CA->I2CMDR); /* the hardware has cleared START */
     bus_wait(1u);
     TEST_ASSERT_EQUAL_HEX16(SCD, flags() & (BB | SCD | NACK | ARDY));
-    TEST_ASSERT_EQUAL_HEX16(0x4220u, I2CA->I2CMDR); /* STOP and master too */
+    TEST_ASSERT_EQUAL_HEX16(0x4220u, I2CA->I2CMDR); /* the hardware has cleared STOP and master too */
     expect_octets(0x10u, (const uint8_t[]){0x12u, 0x34u, 0xFFu}, 3u);
     TEST_ASSERT_EQUAL_UINT32(0u, chip_report_total(&bench_chip));
 }
@@ -203,10 +202,10 @@ static void test_a_reset_of_the_module_ends_a_transfer(void)
 
 static void test_mistakes_are_reported(void)
 {
-    bus_write16(&I2CA->I2CCLKL, 11u); /* out of reset only */
+    bus_write16(&I2CA->I2CCLKL, 11u); /* allowed only while the module is in reset; here it is not */
     TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_I2C_MISUSE));
     TEST_ASSERT_EQUAL_UINT16(10u, I2CA->I2CCLKL);
-    set_up(10u); /* 13.6 MHz */
+    set_up(10u); /* a module clock of 13.6 MHz */
     (void)write_octets(0u, 1u, 1u);
     TEST_ASSERT_EQUAL_UINT32(2u, reports(CHIP_I2C_MISUSE));
     bus_write16(&I2CA->I2COAR, 1u);
@@ -270,7 +269,7 @@ static void test_a_start_in_place_of_stop_forgets_a_page(void)
     expect_octets(0u, (const uint8_t[]){0xFFu}, 1u);
 }
 
-/* Address octets are operations too: what arrives before STOP changes nothing in an EEPROM. */
+/* Octets of the address are operations too: octets that arrive before STOP change nothing in an EEPROM. */
 static void test_a_cut_of_the_power_leaves_octets_old_new_or_between(void)
 {
     for (uint32_t cut = 0; cut < 20u; cut++) {
@@ -283,7 +282,7 @@ static void test_a_cut_of_the_power_leaves_octets_old_new_or_between(void)
         for (uint8_t n = 0; n < 8u; n++) {
             done += octet[n] == n;
             old += octet[n] == 0xFFu;
-            TEST_ASSERT_EQUAL_HEX8(n, octet[n] & n); /* ones are never lost */
+            TEST_ASSERT_EQUAL_HEX8(n, octet[n] & n); /* a one of the new value is never lost */
         }
         TEST_ASSERT_EQUAL(cut < 18u, chip_halted(&bench_chip));
         TEST_ASSERT_TRUE(cut >= 10u || old == 8u);
@@ -301,7 +300,7 @@ static void test_a_memory_that_holds_the_data_line_lets_go_after_its_clocks(void
     prepare(PLACE, 0u, 2u);
     bus_write16(&I2CA->I2CMDR, WRITE);
     bus_wait(100u * OCTET_TICKS);
-    TEST_ASSERT_EQUAL_HEX16(0u, flags() & (BB | SCD | NACK)); /* START never comes */
+    TEST_ASSERT_EQUAL_HEX16(0u, flags() & (BB | SCD | NACK)); /* the START condition never occurs */
     connect(0u);
     for (uint32_t n = 0; n < 3u; n++) {
         TEST_ASSERT_EQUAL_HEX32(2u, GPIO_DATA(1u)->DAT & 3u);

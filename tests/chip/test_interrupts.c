@@ -1,4 +1,5 @@
-/* PIE and CPU interrupt logic. Entry comes 14 SYSCLK after the request (see pie.c). */
+/* Interrupt logic of PIE and CPU. An interrupt function is entered 14 SYSCLK cycles after the request (see
+ * pie.c). */
 #include <unity.h>
 
 #include "bench.h"
@@ -81,7 +82,7 @@ static void vectors(void)
     bus_enable_group(14u);
 }
 
-/* A software write of PIEIFR is a request like any other. */
+/* A software write of PIEIFR is a request like that of a peripheral. */
 static void request(uint32_t group, uint16_t lines)
 {
     bus_write16(&PIE->group[group - 1u].IFR, lines);
@@ -134,7 +135,7 @@ static void test_masked_interrupts_wait(void)
     start = chip_now(&bench_chip);
     request(2u, 1u);
     chip_run(start + 1000u);
-    TEST_ASSERT_EQUAL_UINT32(0u, calls); /* INTM */
+    TEST_ASSERT_EQUAL_UINT32(0u, calls); /* INTM is set */
     bus_interrupts_enable();
     chip_run(start + 2000u);
     TEST_ASSERT_EQUAL_UINT32(1u, calls);
@@ -190,7 +191,7 @@ static void test_flag_taken_back_gives_the_first_vector_of_the_group(void)
     vectors();
     start = chip_now(&bench_chip);
     request(1u, 1u << 6);
-    request(1u, 0u); /* the CPU already has the group's request */
+    request(1u, 0u); /* the CPU already has the request of the group */
     bus_interrupts_enable();
     chip_run(start + 1000u);
     TEST_ASSERT_EQUAL_UINT32(11u, order[0]);
@@ -209,11 +210,12 @@ static void test_missing_vector_loses_the_CPU(void)
     TEST_ASSERT_EQUAL_UINT32(1u, chip_report_count(&bench_chip, CHIP_NO_VECTOR));
     TEST_ASSERT_EQUAL_UINT32(PIE_VECTOR(3u, 1u), chip_last_report(&bench_chip)->address);
     TEST_ASSERT_EQUAL_UINT64(start + LATENCY, chip_last_report(&bench_chip)->tick);
-    bus_write16(&PIE->group[1].IFR, 1u); /* no software runs any more */
+    bus_write16(&PIE->group[1].IFR, 1u); /* the program has ended */
     TEST_ASSERT_EQUAL_HEX16(0u, PIE->group[1].IFR);
 }
 
-/* Two groups' requests: the CPU had the one before ENPIE was cleared, the other waits in the PIE. */
+/* Two groups request an interrupt. The CPU has received the first request before ENPIE was cleared; the
+ * second waits in the PIE. */
 static void test_without_ENPIE_nothing_goes_to_the_CPU(void)
 {
     vectors();
@@ -238,11 +240,11 @@ static void test_what_reached_the_CPU_before_ENPIE_was_cleared_loses_it(void)
     bus_write16(&PIE->PIECTRL, 0u);
     bus_interrupts_enable();
     chip_run(chip_now(&bench_chip) + 1000u);
-    TEST_ASSERT_TRUE(chip_halted(&bench_chip)); /* the boot ROM's vectors lead nowhere */
+    TEST_ASSERT_TRUE(chip_halted(&bench_chip)); /* the vectors of the boot ROM point to no function */
 }
 
-/* The initialisation must remove remains of an earlier program: no group enabled, nothing pending in the CPU,
- * no flag in the PIE. */
+/* The initialisation must remove the state that an earlier program has left: no group enabled, nothing
+ * pending in the CPU, no flag in the PIE. */
 static void test_leftovers_can_be_cleared(void)
 {
     vectors();
@@ -286,7 +288,7 @@ static void test_disabled_groups_wait(void)
 static void open_inside(void)
 {
     note(0u);
-    bus_write16(&EPWM(1u)->TZFRC, TZ_OST); /* closed: outside code left it open */
+    bus_write16(&EPWM(1u)->TZFRC, TZ_OST); /* EALLOW is clear here: the code outside had set it */
     bus_allow();
     bus_write16(&PIE->PIEACK, 2u);
 }
@@ -305,7 +307,7 @@ static void test_EALLOW_is_closed_inside_and_restored_after(void)
     bus_protect();
     request(2u, 1u);
     chip_run(chip_now(&bench_chip) + 1000u);
-    bus_write16(&EPWM(2u)->TZFRC, TZ_OST); /* opened inside, closed again by the return */
+    bus_write16(&EPWM(2u)->TZFRC, TZ_OST); /* the function sets EALLOW, and the return clears it */
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(2u)->TZFLG);
 }
 
@@ -320,7 +322,7 @@ static void test_interrupt_that_clears_INTM_can_be_interrupted(void)
     start = chip_now(&bench_chip);
     bus_interrupts_enable();
     chip_run(start + 300u);
-    TEST_ASSERT_EQUAL_UINT32(130u, order[0]); /* at 114, waits to 314 */
+    TEST_ASSERT_EQUAL_UINT32(130u, order[0]); /* requested at 114, waits until 314 */
     TEST_ASSERT_EQUAL_UINT32(140u, order[1]);
     TEST_ASSERT_EQUAL_UINT64(start + 100u + LATENCY, order_at[0]);
     TEST_ASSERT_EQUAL_UINT64(start + 150u + LATENCY, order_at[1]);
@@ -335,7 +337,8 @@ static void test_sample_interrupt_to_the_tick(void)
     start = chip_now(&bench_chip);
     chip_run(start + 5u * CARRIER + 1000u);
     TEST_ASSERT_EQUAL_UINT32(5u, bench_samples);
-    for (uint32_t k = 0u; k < 5u; k++) { /* SOC 87 before zero; 45 + 3 x 42 + 30 to the last result */
+    /* The SOC comes 87 before zero, the last result 45 + 3 x 42 + 30 after the SOC. */
+    for (uint32_t k = 0u; k < 5u; k++) {
         TEST_ASSERT_EQUAL_UINT64(start + (k + 1u) * (uint64_t)CARRIER - 87u + 201u + LATENCY,
                                  bench_sample_at[k]);
     }
@@ -383,7 +386,7 @@ static void test_epwm_interrupt_every_third_event_waits_for_its_flag(void)
     TEST_ASSERT_EQUAL_HEX16(ET_FLAG_INT, EPWM(2u)->ETFLG);
     chip_run(start + 9u * CARRIER);
     TEST_ASSERT_EQUAL_UINT32(1u, epwm_calls);
-    bus_write16(&EPWM(2u)->ETCLR, ET_FLAG_INT); /* the one that waited comes at once */
+    bus_write16(&EPWM(2u)->ETCLR, ET_FLAG_INT); /* the request that waited is taken at once */
     chip_run(start + 9u * CARRIER + 20u);
     TEST_ASSERT_EQUAL_UINT32(2u, epwm_calls);
 }

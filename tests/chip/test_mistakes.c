@@ -1,5 +1,5 @@
-/* The start-up of a drive with one mistake fails in the same way as on silicon. First the good one, then one
- * mistake a test. */
+/* The start-up of a drive with one mistake fails in the same way as on silicon. The first test has the
+ * correct start-up, each other test one mistake. */
 #include <unity.h>
 
 #include "bench.h"
@@ -11,7 +11,7 @@ void setUp(void)
     bench_power_on();
 }
 
-/* Start-up, then ten carrier periods (1 ms). */
+/* Runs the start-up and then ten carrier periods (1 ms). */
 static void ten_periods(uint32_t skip, uint32_t isr_skips)
 {
     bench_isr_skips = isr_skips;
@@ -56,7 +56,7 @@ static void test_missing_SOC_means_no_interrupt(void)
     TEST_ASSERT_EQUAL_UINT32(0u, bench_samples);
     TEST_ASSERT_EQUAL_UINT32(0u, bench.samples);
     TEST_ASSERT_EQUAL_UINT32(
-        4u, bench_edges_of(0u, start + 5u * CARRIER, start + 7u * CARRIER)); /* it modulates on */
+        4u, bench_edges_of(0u, start + 5u * CARRIER, start + 7u * CARRIER)); /* the leg continues to switch */
 }
 
 static void test_missing_PIEACK_stops_after_the_first(void)
@@ -82,13 +82,13 @@ static void test_missing_RST_SEQ1_reads_other_channels(void)
     bench_start(0u);
     start = chip_now(&bench_chip);
     chip_run(start + CARRIER + 1000u);
-    TEST_ASSERT_EQUAL_UINT16(136u, bench_codes[4]); /* 4096 x 0.1 / 3: A1 */
+    TEST_ASSERT_EQUAL_UINT16(136u, bench_codes[4]); /* channel A1: 4096 x 0.1 / 3 */
     bench.volts[1] = 2.0;
     chip_run(start + 2u * CARRIER +
-             1000u); /* states 4..7 select A0: nothing new in the first eight results */
+             1000u); /* states 4..7 convert A0, so that the first eight results do not change */
     TEST_ASSERT_EQUAL_UINT32(2u, bench_samples);
     TEST_ASSERT_EQUAL_UINT16(136u, bench_codes[4]);
-    chip_run(start + 3u * CARRIER + 1000u); /* round again */
+    chip_run(start + 3u * CARRIER + 1000u); /* the sequencer begins again */
     TEST_ASSERT_EQUAL_UINT16(2730u, bench_codes[4]);
 }
 
@@ -109,7 +109,7 @@ static void test_missing_EALLOW_leaves_the_trip_zone_unset(void)
                              bench_reports(CHIP_PROTECTED_WRITE)); /* TZSEL, TZCTL, TZFRC of three modules */
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZSEL);
     uint32_t before = bench.edges;
-    chip_set_pin(&bench_chip, 12u, false); /* the module's fault line shuts nothing */
+    chip_set_pin(&bench_chip, 12u, false); /* the fault line of the module turns off no gate */
     TEST_ASSERT_EQUAL_UINT32(before, bench.edges);
     TEST_ASSERT_FALSE(chip_tripped(&bench_chip, 1u));
 }
@@ -174,7 +174,7 @@ static void test_PLL_written_with_divider_set_stays_at_fifteen_megahertz(void)
     start = chip_now(&bench_chip);
     chip_run(start + 35u * CARRIER);
     TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_PLL_MISUSE));
-    TEST_ASSERT_EQUAL_UINT32(3u, bench_samples); /* 1 kHz instead of 10 */
+    TEST_ASSERT_EQUAL_UINT32(3u, bench_samples); /* 1 kHz instead of 10 kHz */
     TEST_ASSERT_EQUAL_UINT64(10u * CARRIER, bench_sample_at[1] - bench_sample_at[0]);
 }
 
@@ -196,7 +196,7 @@ static void test_interrupt_delayed_past_zero_loads_a_period_late(void)
     chip_set_interrupt_delay(&bench_chip, CARRIER);
     bench_compare[0] = 2000u;
     chip_run(start + 8u * CARRIER);
-    /* request at 4, entry at 5, loaded at 6 instead of 5 */
+    /* The request comes at 4, the entry at 5, and the value is loaded at 6 instead of 5. */
     TEST_ASSERT_EQUAL_UINT64(7500u - 450u, bench_high_of(0u, start + 5u * CARRIER, start + 6u * CARRIER));
     TEST_ASSERT_EQUAL_UINT64(4000u - 450u, bench_high_of(0u, start + 7u * CARRIER, start + 8u * CARRIER));
     TEST_ASSERT_TRUE_MESSAGE(bench_high_of(0u, start + 6u * CARRIER, start + 7u * CARRIER) == 4000u - 450u,

@@ -1,5 +1,5 @@
-/* Action-qualifier forces, dead band and trip zone of ePWM, up to the pins. SYSCLK = TBCLK = 150 MHz: a count
- * is a tick. */
+/* Forces of the action qualifier, dead band and trip zone of ePWM, up to the pins. SYSCLK = TBCLK = 150
+ * MHz, so that a count is a tick. */
 #include <unity.h>
 
 #include "bench.h"
@@ -15,7 +15,7 @@ void setUp(void)
     trips = 0u;
 }
 
-/* ePWM1: up-down, period 2000, A high from 1700 to 2300 of every 2000. */
+/* ePWM1 counts up and down with a period of 2000; A is high from 1700 to 2300 in every 4000 counts. */
 static void go(uint16_t dbctl, uint16_t red, uint16_t fed)
 {
     bus_write16(&EPWM(1u)->TBCTL, TBCTL_UPDOWN);
@@ -31,8 +31,8 @@ static void go(uint16_t dbctl, uint16_t red, uint16_t fed)
     bench_forget();
 }
 
-/* A is high over [1700, 2300), B (output B of the action qualifier) low, before the dead band. In counts from
- * the start. */
+/* Before the dead band A is high from 1700 to 2300, and B (output B of the action qualifier) is low. The
+ * expected edges are in counts from the start. */
 typedef struct {
     uint32_t tick, level;
 } step_t;
@@ -79,26 +79,27 @@ static void test_active_low(void)
 
 static void test_only_one_delay(void)
 {
-    go(2u, 50u, 80u); /* A through the rising-edge delay, B straight (low) */
+    go(2u, 50u, 80u); /* A has the rising-edge delay, B is direct (low) */
     expect((const step_t[]){{2300u, 0u}, {3750u, 1u}}, 2u);
     setUp();
-    go(1u, 50u, 80u); /* A straight, B = A with a late falling edge */
+    go(1u, 50u, 80u); /* A is direct, B is A with a delayed falling edge */
     expect((const step_t[]){{2300u, 2u}, {2380u, 0u}, {3700u, 3u}}, 3u);
 }
 
 static void test_input_mode_feeds_from_b(void)
 {
-    bus_write16(&EPWM(1u)->AQCTLB, AQCTL_CAU(AQ_SET) | AQCTL_CAD(AQ_CLEAR)); /* B = not A */
-    go(DBCTL_OUT_BOTH | (1u << 4), 50u, 80u); /* rising path from B, falling from A */
+    bus_write16(&EPWM(1u)->AQCTLB, AQCTL_CAU(AQ_SET) | AQCTL_CAD(AQ_CLEAR)); /* B is the inverse of A */
+    go(DBCTL_OUT_BOTH | (1u << 4), 50u, 80u); /* the rising path uses B, the falling path A */
     expect((const step_t[]){{2350u, 3u}, {2380u, 1u}, {3700u, 2u}}, 3u);
 }
 
 static void test_pulse_shorter_than_the_delay_vanishes(void)
 {
-    go(DBCTL_OUT_BOTH | DBCTL_POLSEL_AHC, 600u, 80u); /* A is high for 600: rises and falls at once */
+    /* A is high for 600, and the delay is 600: the rise and the fall coincide. */
+    go(DBCTL_OUT_BOTH | DBCTL_POLSEL_AHC, 600u, 80u);
     expect((const step_t[]){{2380u, 2u}, {3700u, 0u}}, 2u);
     setUp();
-    go(DBCTL_OUT_BOTH | DBCTL_POLSEL_AHC, 599u, 80u); /* one tick is left */
+    go(DBCTL_OUT_BOTH | DBCTL_POLSEL_AHC, 599u, 80u); /* a pulse of one tick remains */
     expect((const step_t[]){{2299u, 1u}, {2300u, 0u}, {2380u, 2u}, {3700u, 0u}}, 4u);
 }
 
@@ -183,13 +184,13 @@ static void test_trip_forces_low_at_the_tick_of_the_pin(void)
 
 static void test_trip_reactions(void)
 {
-    trip_setup(TZSEL_OSHT1, TZCTL_TZA(0) | TZCTL_TZB(1)); /* A high impedance, B high */
+    trip_setup(TZSEL_OSHT1, TZCTL_TZA(0) | TZCTL_TZB(1)); /* A becomes high-impedance, B high */
     chip_run(start + 2100u);
     chip_set_pin(&bench_chip, 12u, false);
     TEST_ASSERT_EQUAL_HEX32(2u, bench.edge[0].level & 3u);
     TEST_ASSERT_EQUAL_HEX32(2u, bench.edge[0].driven & 3u);
     setUp();
-    trip_setup(TZSEL_OSHT1, TZCTL_TZA(3) | TZCTL_TZB(3)); /* nothing: goes on switching */
+    trip_setup(TZSEL_OSHT1, TZCTL_TZA(3) | TZCTL_TZB(3)); /* no action: the outputs continue to switch */
     chip_set_pin(&bench_chip, 12u, false);
     chip_run(start + 4000u);
     TEST_ASSERT_EQUAL_UINT32(4u, bench.edges);
@@ -207,7 +208,8 @@ static void test_one_shot_cannot_be_cleared_while_the_pin_is_low(void)
     bench_forget();
     clear(TZ_OST);
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZFLG);
-    TEST_ASSERT_EQUAL_UINT32(1u, bench.edges); /* back to the state of the dead band: lower on */
+    /* Returns to the state of the dead band, with the lower gate on. */
+    TEST_ASSERT_EQUAL_UINT32(1u, bench.edges);
     TEST_ASSERT_EQUAL_HEX32(2u, bench.edge[0].level & 3u);
 }
 
@@ -232,9 +234,9 @@ static void test_cycle_by_cycle_ends_at_zero(void)
     chip_run(start + 4500u);
     TEST_ASSERT_EQUAL_UINT64(start + 2100u, bench.edge[0].tick);
     TEST_ASSERT_EQUAL_HEX32(0u, bench.edge[0].level & 3u);
-    TEST_ASSERT_EQUAL_UINT64(start + 4000u, bench.edge[1].tick); /* A is high there */
+    TEST_ASSERT_EQUAL_UINT64(start + 4000u, bench.edge[1].tick); /* A is high at this tick */
     TEST_ASSERT_EQUAL_HEX32(1u, bench.edge[1].level & 3u);
-    TEST_ASSERT_EQUAL_HEX16(TZ_CBC, EPWM(1u)->TZFLG); /* the flag stays */
+    TEST_ASSERT_EQUAL_HEX16(TZ_CBC, EPWM(1u)->TZFLG); /* the flag remains set */
     clear(TZ_CBC);
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZFLG);
 }
@@ -254,7 +256,7 @@ static void test_unmuxed_trip_pin_is_inactive(void)
     chip_set_pin(&bench_chip, 12u, false);
     TEST_ASSERT_FALSE(chip_tripped(&bench_chip, 1u));
     bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX1, 0x01000555u); /* muxing a low pin trips */
+    bus_write32(&GPIO_CONTROL(0u)->MUX1, 0x01000555u); /* assigning a pin that is low trips at once */
     bus_protect();
     TEST_ASSERT_TRUE(chip_tripped(&bench_chip, 1u));
 }
@@ -278,7 +280,7 @@ static void test_every_trip_input_has_its_pin(void)
     }
 }
 
-/* Every TZ pin reaches every module. */
+/* Each TZ pin trips every module. */
 static void test_every_module_listens_to_every_trip_input(void)
 {
     bus_allow();
@@ -323,7 +325,7 @@ static void test_trip_interrupt_asks_again_only_after_INT_was_cleared(void)
     chip_set_pin(&bench_chip, 12u, false);
     chip_run(start + 3000u);
     TEST_ASSERT_EQUAL_UINT32(1u, trips);
-    clear(TZ_INT); /* OST is still set: another pulse */
+    clear(TZ_INT); /* OST is still set, so that another pulse follows */
     chip_run(start + 3500u);
     TEST_ASSERT_EQUAL_UINT32(2u, trips);
     chip_set_pin(&bench_chip, 12u, true);

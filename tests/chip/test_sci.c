@@ -1,4 +1,4 @@
-/* SCI-A on a serial line: times by SPRUFZ5, from LSPCLK = SYSCLK/4. */
+/* SCI-A on a serial line; times by SPRUFZ5, with LSPCLK = SYSCLK/4. */
 #include <string.h>
 
 #include "bench.h"
@@ -6,8 +6,8 @@
 
 #define BRR_937500 4u                         /* 37.5 MHz / (8 x 5) */
 #define BIT        160u                       /* [ticks] of 937500 bit/s at 150 MHz */
-#define FRAME      (10u * BIT)                /* start, eight data, stop */
-#define HEARD      (9u * BIT + 6u * BIT / 8u) /* third sample of the stop bit */
+#define FRAME      (10u * BIT)                /* start bit, eight data bits, stop bit */
+#define HEARD      (9u * BIT + 6u * BIT / 8u) /* at the third sample of the stop bit */
 
 static void connect(uint32_t in, uint32_t out)
 {
@@ -95,7 +95,7 @@ static void enable_interrupt(uint16_t level)
     bus_write16(&SCIA->SCIFFRX, (uint16_t)(0x2060u | level));
 }
 
-/* RXFFINT is bit 7, RXFFIENA bit 5, RXFFINTCLR bit 6. No software reads the module during this time. */
+/* RXFFINT is bit 7, RXFFIENA bit 5, RXFFINTCLR bit 6. No software reads the module during this test. */
 static void test_the_interrupt_comes_when_the_level_is_reached_and_once_until_it_is_cleared(void)
 {
     enable_interrupt(4u);
@@ -184,9 +184,11 @@ static void test_the_divider_of_zero_is_sixteen(void)
     TEST_ASSERT_EQUAL_UINT32(1u, level_in());
 }
 
-/* Without a gap between frames: the last sample of the stop bit, 9.75 bits behind the fall, must come before
- * the sender's next start bit, 10 of its bits, or each frame begins a little later than the one before; and
- * the second, at 9.625, behind the begin of the stop bit, 9 of its bits. So from -2.5 % to +6.9 %. */
+/* Frames follow without a gap. The last sample of the stop bit is 9.75 receiver bits after the falling
+ * edge. The next start bit begins 10 bits of the sender after that edge, and the sample must come before
+ * it; otherwise each frame is received a little later than the one before. The second sample, at 9.625
+ * bits, must come after the begin of the stop bit, 9 bits of the sender. The accepted error of the rate is
+ * therefore -2.5 % to +6.9 %. */
 static void test_another_rate_at_the_other_end_is_understood_within_limits(void)
 {
     static const struct {
@@ -239,7 +241,7 @@ static void test_a_missing_stop_bit_marks_its_octet_and_the_next_one_is_whole(vo
     TEST_ASSERT_EQUAL_UINT32(SCIRXST_FE | SCIRXST_RXERROR, status());
 }
 
-/* 9.625 bits more than the sample of the missing stop bit. */
+/* A break is detected 9.625 bits after the sample of the missing stop bit. */
 static void test_a_break_stops_the_receiver_until_a_software_reset(void)
 {
     TEST_ASSERT_TRUE(chip_serial_levels(&bench_chip, 0u, 21u));
@@ -313,7 +315,7 @@ static uint32_t what_came(uint64_t until, uint64_t often, uint16_t words[16])
     return count;
 }
 
-/* For any octets on the line and any rate: reading the state changes nothing, and the transfer ends. */
+/* The octets and the rates of reading are random: reading changes no other state, and the transfer ends. */
 static void test_random_levels_give_the_same_octets_for_any_rate_of_reading(void)
 {
     uint32_t seed = 1u, octets = 0u, marked = 0u;
@@ -349,7 +351,7 @@ static void test_an_octet_is_out_after_ten_bits(void)
 {
     uint8_t got[4];
     bus_write16(&SCIA->SCITXBUF, 0xC3u);
-    TEST_ASSERT_EQUAL_UINT32(0u, level_out()); /* it is in the shift register already */
+    TEST_ASSERT_EQUAL_UINT32(0u, level_out()); /* the octet is already in the shift register */
     TEST_ASSERT_EQUAL_HEX16(SCICTL2_TXRDY, SCIA->SCICTL2);
     pass(FRAME - 1u);
     TEST_ASSERT_EQUAL_UINT32(0u, chip_serial_get(&bench_chip, got, 4u));

@@ -1,5 +1,5 @@
-/* Clocks, flash, watchdog, EALLOW, access widths. The crystal has 30 MHz = 5 ticks unless stated otherwise.
- * */
+/* Clocks, flash, watchdog, EALLOW, access widths. The crystal has 30 MHz, so that its cycle is 5 ticks,
+ * unless stated otherwise. */
 #include <string.h>
 #include <unity.h>
 
@@ -39,7 +39,7 @@ static void test_sysclk_of_every_divider(void)
     TEST_ASSERT_EQUAL_UINT32(7500000u, chip_sysclk_hz(&bench_chip));
     bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(1u));
     TEST_ASSERT_EQUAL_UINT32(7500000u, chip_sysclk_hz(&bench_chip));
-    bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(3u)); /* bypassed: /1 is allowed */
+    bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(3u)); /* /1 is allowed while the PLL is bypassed */
     TEST_ASSERT_EQUAL_UINT32(30000000u, chip_sysclk_hz(&bench_chip));
     TEST_ASSERT_EQUAL_UINT32(0u, bench_reports(CHIP_PLL_MISUSE));
 }
@@ -64,12 +64,14 @@ static void test_lock_takes_131072_crystal_cycles(void)
     TEST_ASSERT_EQUAL_UINT32(0u, bench_reports(CHIP_FLASH_TOO_FAST));
 }
 
-/* 20 MHz = 7.5 ticks, 25 = 6, 24 = 6.25, 21 = 7 1/7. Lock and watchdog count crystal cycles. */
+/* Ticks per crystal cycle: 7.5 at 20 MHz, 6 at 25 MHz, 6.25 at 24 MHz, 7 1/7 at 21 MHz. The lock of the
+ * PLL and the watchdog count crystal cycles. */
 static void test_everything_follows_the_crystal(void)
 {
     static const struct {
         uint32_t hz;
-        uint64_t lock, bite; /* [ticks] 131072 cycles; 256 x 512 cycles, the next whole tick */
+        /* [ticks] lock: 131072 cycles; bite: 256 x 512 cycles; both rounded up to a whole tick. */
+        uint64_t lock, bite;
     } crystal[] = {{20000000u, 983040u, 983040u},
                    {25000000u, 786432u, 786432u},
                    {24000000u, 819200u, 819200u},
@@ -102,7 +104,7 @@ static void test_a_hundred_megahertz_does_not_drift(void)
     TEST_ASSERT_EQUAL_UINT32(100000000u, chip_sysclk_hz(&bench_chip));
     bus_write32(&CPU_TIMER(0u)->PRD, UINT32_MAX);
     bus_write16(&CPU_TIMER(0u)->TCR, TCR_TRB);
-    uint64_t from = chip_now(&bench_chip); /* a cycle begins here, at the latest with the next tick */
+    uint64_t from = chip_now(&bench_chip); /* a cycle begins at this tick or between it and the next */
     chip_run(from + UINT64_C(3000000000));
     chip_look(&bench_chip);
     TEST_ASSERT_UINT32_WITHIN(1u, UINT32_MAX - 2000000000u, CPU_TIMER(0u)->TIM);
@@ -116,7 +118,7 @@ static void test_a_hundred_megahertz_does_not_drift(void)
 static void test_watchdog_count_follows_the_crystal(void)
 {
     bench_power_on_with(20000000u);
-    chip_run(3839u); /* 512 x 7.5 ticks a count */
+    chip_run(3839u); /* a count of the watchdog is 512 x 7.5 ticks */
     chip_look(&bench_chip);
     TEST_ASSERT_EQUAL_UINT16(0u, SYSCTRL->WDCNTR);
     chip_run(100u * 3840u);
@@ -124,12 +126,12 @@ static void test_watchdog_count_follows_the_crystal(void)
     TEST_ASSERT_EQUAL_UINT16(100u, SYSCTRL->WDCNTR);
 }
 
-/* PCLKCR3: a timer without a clock does not count and ignores writes; the others continue. */
+/* A timer whose clock is off in PCLKCR3 does not count and ignores writes; the others continue. */
 static void test_timer_without_clock_does_not_count(void)
 {
     watchdog_off();
     chip_run(1000u);
-    bus_write16(&SYSCTRL->PCLKCR3, PCLKCR3_GPIOIN | 0x0500u); /* timer 1 off */
+    bus_write16(&SYSCTRL->PCLKCR3, PCLKCR3_GPIOIN | 0x0500u); /* switches timer 1 off */
     uint32_t stood = CPU_TIMER(1u)->TIM;
     TEST_ASSERT_EQUAL_UINT32(0xFFFFu - 100u, stood);
     chip_run(11000u);
@@ -147,34 +149,34 @@ static void test_timer_without_clock_does_not_count(void)
 
 static void test_other_multipliers_count_right(void)
 {
-    /* 30 MHz x 7 / 4 = 52.5 MHz: 20 / 7 ticks a cycle. 700 cycles are 2000 ticks. */
+    /* 30 MHz x 7 / 4 = 52.5 MHz, so that a cycle has 20/7 ticks and 700 cycles have 2000. */
     watchdog_off();
     bus_write16(&SYSCTRL->PLLSTS, 0u);
     bus_write16(&SYSCTRL->PLLCR, 7u);
     chip_run(chip_now(&bench_chip) + LOCK + 1u);
     TEST_ASSERT_EQUAL_UINT32(52500000u, chip_sysclk_hz(&bench_chip));
-    uint64_t locked = chip_now(&bench_chip) - 1u; /* a cycle begins here */
+    uint64_t locked = chip_now(&bench_chip) - 1u; /* a cycle begins at this tick */
     bus_wait(700u);
     TEST_ASSERT_EQUAL_UINT64(locked + 2000u, chip_now(&bench_chip));
-    bus_wait(1u); /* 2 6/7 ticks: the first tick at which the cycle has begun */
+    bus_wait(1u); /* 2 6/7 ticks, rounded up to the first tick of the next cycle */
     TEST_ASSERT_EQUAL_UINT64(locked + 2003u, chip_now(&bench_chip));
 }
 
 static void test_pll_misuse_is_ignored_and_reported(void)
 {
     watchdog_off();
-    bus_write16(&SYSCTRL->PLLCR, 10u); /* DIVSEL is 2 */
+    bus_write16(&SYSCTRL->PLLCR, 10u); /* the write has no effect because DIVSEL is 2 */
     TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_PLL_MISUSE));
     TEST_ASSERT_EQUAL_HEX16(0u, SYSCTRL->PLLCR);
     bus_write16(&SYSCTRL->PLLSTS, 0u);
-    bus_write16(&SYSCTRL->PLLCR, 11u); /* reserved */
+    bus_write16(&SYSCTRL->PLLCR, 11u); /* a reserved value */
     TEST_ASSERT_EQUAL_UINT32(2u, bench_reports(CHIP_PLL_MISUSE));
     bus_write16(&SYSCTRL->PLLCR, 10u);
-    bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(2u)); /* not locked yet */
+    bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(2u)); /* the PLL has not locked yet */
     TEST_ASSERT_EQUAL_UINT32(3u, bench_reports(CHIP_PLL_MISUSE));
     TEST_ASSERT_EQUAL_UINT32(7500000u, chip_sysclk_hz(&bench_chip));
     chip_run(chip_now(&bench_chip) + LOCK + 1u);
-    bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(3u)); /* /1 with the PLL on: 300 MHz */
+    bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(3u)); /* /1 with the PLL on would be 300 MHz */
     TEST_ASSERT_EQUAL_UINT32(4u, bench_reports(CHIP_PLL_MISUSE));
     TEST_ASSERT_EQUAL_UINT32(75000000u, chip_sysclk_hz(&bench_chip));
     bus_write16(&SYSCTRL->PLLSTS, PLLSTS_PLLOFF);
@@ -183,7 +185,7 @@ static void test_pll_misuse_is_ignored_and_reported(void)
 
 static void test_flash_wait_states(void)
 {
-    /* 37 ns need 5 waits at 150 MHz, 2 at 75 MHz; 60 ns (OTP) need 8 */
+    /* An access time of 37 ns needs 5 wait states at 150 MHz and 2 at 75 MHz; 60 ns (OTP) need 8. */
     static const struct {
         uint16_t bank, otp;
         uint32_t reports;
@@ -201,13 +203,14 @@ static void test_flash_wait_states(void)
         bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(2u));
         TEST_ASSERT_EQUAL_UINT32(row[i].reports, bench_reports(CHIP_FLASH_TOO_FAST));
     }
-    bus_write16(&FLASH_REGS->FBANKWAIT, 0x0404u); /* lowered afterwards */
+    bus_write16(&FLASH_REGS->FBANKWAIT, 0x0404u); /* lowers the number of wait states */
     TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_FLASH_TOO_FAST));
 }
 
 static void test_clock_change_keeps_counters_going(void)
 {
-    /* a carrier of 2 x 1000 counts: 2000 cycles; half the clock from the middle on */
+    /* A carrier of 2 x 1000 counts, that is 2000 cycles; from the middle of the period on the clock has
+     * half its frequency. */
     bench_clock();
     bus_write16(&EPWM(1u)->TBCTL, TBCTL_UPDOWN);
     bus_write16(&EPWM(1u)->TBPRD, 1000u);
@@ -282,8 +285,9 @@ static void test_widths_and_unknown_registers(void)
     bus_write16((const volatile uint16_t *)&PIE_VECTORS->vector[32], 0u);
     bus_write16((const volatile uint16_t *)&CPU_TIMER(0u)->PRD, 0u);
     TEST_ASSERT_EQUAL_UINT32(4u, bench_reports(CHIP_BAD_WIDTH));
-    bus_write16(F28335_BASE + 0x7750u, 0u);                                                     /* SCI-B */
-    bus_write32((const volatile uint32_t *)(const volatile void *)(F28335_BASE + 0x6000u), 0u); /* eCAN */
+    bus_write16(F28335_BASE + 0x7750u, 0u); /* a register of SCI-B */
+    /* a register of eCAN. */
+    bus_write32((const volatile uint32_t *)(const volatile void *)(F28335_BASE + 0x6000u), 0u);
     bus_write16(&SYSCTRL->LPMCR0, 1u);
     bus_write16(&SYSCTRL->LPMCR0, 0u);
     TEST_ASSERT_EQUAL_UINT32(3u, bench_reports(CHIP_UNKNOWN_REGISTER));
@@ -324,7 +328,9 @@ static void test_watchdog_is_fed_by_both_keys_in_order(void)
     TEST_ASSERT_FALSE(chip_halted(&bench_chip));
     chip_run(600000u + WATCHDOG + 1u);
     TEST_ASSERT_TRUE(chip_halted(&bench_chip));
-    for (uint32_t i = 0u; i < 2u; i++) { /* second key alone; first key alone: neither feeds */
+    /* The test writes the second key alone, and in the next pass the first key alone. Neither services the
+     * watchdog. */
+    for (uint32_t i = 0u; i < 2u; i++) {
         bench_power_on();
         bus_allow();
         chip_run(600000u);

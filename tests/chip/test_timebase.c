@@ -30,7 +30,7 @@ static void go(void)
     bench_forget();
 }
 
-/* Edges of pin EPWM1A after the start, relative to it. */
+/* The edges of pin EPWM1A, relative to the start. */
 static void expect_edges(const uint64_t *tick, uint32_t count, uint64_t until)
 {
     chip_run(start + until);
@@ -58,13 +58,15 @@ static void test_reset_values(void)
 static void test_up_count_period_is_one_more_than_TBPRD(void)
 {
     set(1u, TBCTL_CTRMODE(0), 999u, 300u, 0u, AQCTL_ZRO(AQ_SET) | AQCTL_CAU(AQ_CLEAR));
-    go(); /* the first zero still sees the CMPA of reset, 0, whose clear wins over the set of zero */
+    /* At the first zero CMPA still has its reset value 0; its clear has priority over the set at zero. */
+    go();
     expect_edges((const uint64_t[]){1000u, 1300u, 2000u}, 3u, 2001u);
 }
 
 static void test_down_count_reloads_from_zero(void)
 {
-    /* starts at zero, the next count is 999: CMPA down match 699 later, i.e. at 1 + 999 - 300 */
+    /* The counter starts at zero, and the next count is 999. The down match with CMPA comes 699 counts
+     * later, at 1 + 999 - 300. */
     set(1u, TBCTL_CTRMODE(1), 999u, 300u, 0u, AQCTL_PRD(AQ_SET) | AQCTL_CAD(AQ_CLEAR));
     go();
     expect_edges((const uint64_t[]){1u, 700u, 1001u, 1700u}, 4u, 2001u);
@@ -98,7 +100,7 @@ static void test_output_b_has_its_own_actions(void)
 
 static void test_clock_dividers_multiply(void)
 {
-    /* HSPCLKDIV 3 = 6, CLKDIV 2 = 4: 24 ticks a count */
+    /* HSPCLKDIV 3 divides by 6, CLKDIV 2 by 4: a count is 24 ticks. */
     set(1u, TBCTL_CTRMODE(0) | TBCTL_HSPCLKDIV(3) | TBCTL_CLKDIV(2), 99u, 50u, 0u,
         AQCTL_ZRO(AQ_SET) | AQCTL_CAU(AQ_CLEAR));
     go();
@@ -110,7 +112,8 @@ static void test_compare_shadow_waits_for_zero(void)
     set(1u, TBCTL_UPDOWN, 1000u, 300u, 0u, AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET));
     go();
     chip_run(start + 400u);
-    bus_write16(&EPWM(1u)->CMPA, 500u); /* after the up match, before the down match of the old value */
+    /* Written after the up match and before the down match with the old value. */
+    bus_write16(&EPWM(1u)->CMPA, 500u);
     expect_edges((const uint64_t[]){1700u, 2500u, 3500u}, 3u, 4000u);
 }
 
@@ -118,7 +121,7 @@ static void test_compare_shadow_at_period(void)
 {
     bus_write16(&EPWM(1u)->CMPCTL, CMPCTL_LOADAMODE(1));
     set(1u, TBCTL_UPDOWN, 1000u, 300u, 0u, AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET));
-    go(); /* active CMPA is still 0 until the first period match */
+    go(); /* the active CMPA is 0 until the first period match */
     chip_run(start + 1100u);
     bus_write16(&EPWM(1u)->CMPA, 500u);
     expect_edges((const uint64_t[]){1700u, 2300u, 3500u}, 3u, 4000u);
@@ -149,7 +152,7 @@ static void test_compare_of_zero_loaded_at_zero_misses_that_zero(void)
     set(1u, TBCTL_UPDOWN, 1000u, 300u, 0u, AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET));
     go();
     chip_run(start + 100u);
-    bus_write16(&EPWM(1u)->CMPA, 0u); /* loaded at 2000: high through a whole period, cleared at 4000 */
+    bus_write16(&EPWM(1u)->CMPA, 0u); /* loaded at 2000; high for a whole period, cleared at 4000 */
     expect_edges((const uint64_t[]){1700u, 4000u}, 2u, 9000u);
 }
 
@@ -158,7 +161,7 @@ static void test_compare_at_and_above_period_acts_at_the_period_match(void)
     for (uint16_t cmpa = 1000u; cmpa <= 1001u; cmpa++) {
         setUp();
         set(1u, TBCTL_UPDOWN, 1000u, cmpa, 0u, AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET));
-        go(); /* both events fall on the period, where the one counting down wins */
+        go(); /* both events occur at the period match, where the event of counting down has priority */
         expect_edges((const uint64_t[]){1000u}, 1u, 9000u);
     }
 }
@@ -179,7 +182,8 @@ static void test_up_count_compare_above_period_never_acts(void)
 
 static void test_up_count_priorities(void)
 {
-    /* zero against CAU at 0: CAU wins; period against CBU at the period: the period wins */
+    /* At 0 the zero event coincides with CAU, which has priority; at the period the period event coincides
+     * with CBU, and the period event has priority. */
     set(1u, TBCTL_CTRMODE(0), 999u, 0u, 999u,
         AQCTL_ZRO(AQ_CLEAR) | AQCTL_CAU(AQ_SET) | AQCTL_CBU(AQ_SET) | AQCTL_PRD(AQ_CLEAR));
     go();
@@ -236,7 +240,8 @@ static void test_written_counter_counts_on(void)
     set(1u, TBCTL_UPDOWN, 1000u, 300u, 0u, AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET));
     go();
     chip_run(start + 100u);
-    bus_write16(&EPWM(1u)->TBCTR, 900u); /* up: period at 200, CMPA down 700 later */
+    /* Counts up; the period match follows at 200, the CMPA down match 700 later. */
+    bus_write16(&EPWM(1u)->TBCTR, 900u);
     expect_edges((const uint64_t[]){900u}, 1u, 1000u);
 }
 
@@ -250,7 +255,7 @@ static void test_freeze_mode_keeps_the_count(void)
     chip_look(&bench_chip);
     TEST_ASSERT_EQUAL_UINT16(600u, EPWM(1u)->TBCTR);
     bus_write16(&EPWM(1u)->TBCTL, TBCTL_UPDOWN);
-    expect_edges((const uint64_t[]){2700u, 3300u}, 2u, 4000u); /* everything 1000 later */
+    expect_edges((const uint64_t[]){2700u, 3300u}, 2u, 4000u); /* all edges come 1000 later */
 }
 
 static void test_TBCLKSYNC_stops_and_starts_all(void)
@@ -276,7 +281,7 @@ static void test_slave_lags_two_cycles_and_TBPHS_2_hides_it(void)
             bus_write16(&EPWM(n)->TBPHS, n == 1u ? 0u : phase);
         }
         go();
-        bus_write16(&EPWM(2u)->TBCTR, 500u); /* out of step until the next sync */
+        bus_write16(&EPWM(2u)->TBCTR, 500u); /* out of phase until the next synchronisation */
         bus_write16(&EPWM(3u)->TBCTR, 600u);
         chip_run(start + 2500u);
         chip_look(&bench_chip);

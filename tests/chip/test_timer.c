@@ -1,4 +1,5 @@
-/* CPU timers: TIM counts down, period (PRD + 1)(TDDR + 1) SYSCLK, interrupt when it goes from 0 to PRD. */
+/* CPU timers: TIM counts down, the period is (PRD + 1)(TDDR + 1) SYSCLK cycles, and the interrupt is
+ * requested when TIM changes from 0 to PRD. */
 #include <unity.h>
 
 #include "bench.h"
@@ -33,7 +34,7 @@ static void test_runs_after_reset(void)
 {
     bench_power_on();
     TEST_ASSERT_EQUAL_UINT32(0xFFFFu, CPU_TIMER(0u)->TIM);
-    chip_run(1000u); /* 15 MHz */
+    chip_run(1000u); /* 15 MHz: a tenth of the counts */
     chip_look(&bench_chip);
     TEST_ASSERT_EQUAL_UINT32(0xFFFFu - 100u, CPU_TIMER(0u)->TIM);
 }
@@ -58,7 +59,7 @@ static void test_period_and_flag(void)
     run(100u);
     TEST_ASSERT_EQUAL_UINT32(99u, CPU_TIMER(1u)->TIM);
     TEST_ASSERT_EQUAL_HEX16(TCR_TIF, CPU_TIMER(1u)->TCR & TCR_TIF);
-    bus_write16(&CPU_TIMER(1u)->TCR, 0u); /* zero does not clear */
+    bus_write16(&CPU_TIMER(1u)->TCR, 0u); /* writing zero does not clear the flag */
     TEST_ASSERT_EQUAL_HEX16(TCR_TIF, CPU_TIMER(1u)->TCR & TCR_TIF);
     bus_write16(&CPU_TIMER(1u)->TCR, TCR_TIF);
     TEST_ASSERT_EQUAL_HEX16(0u, CPU_TIMER(1u)->TCR & TCR_TIF);
@@ -73,7 +74,7 @@ static void test_prescaler(void)
     TEST_ASSERT_EQUAL_UINT32(9u, CPU_TIMER(0u)->TIM);
     run(300u);
     TEST_ASSERT_EQUAL_UINT32(8u, CPU_TIMER(0u)->TIM);
-    TEST_ASSERT_EQUAL_HEX16(0x2Bu, CPU_TIMER(0u)->TPR >> 8); /* PSC starts again from 299 = 0x12B */
+    TEST_ASSERT_EQUAL_HEX16(0x2Bu, CPU_TIMER(0u)->TPR >> 8); /* PSC starts again at 299 = 0x12B */
     TEST_ASSERT_EQUAL_HEX16(0x01u, CPU_TIMER(0u)->TPRH >> 8);
     run(2999u);
     TEST_ASSERT_EQUAL_UINT32(0u, CPU_TIMER(0u)->TIM);
@@ -85,7 +86,7 @@ static void test_new_prescale_acts_from_the_next_count(void)
 {
     load(0u, 99u, 0u, 0u);
     run(10u);
-    bus_write16(&CPU_TIMER(0u)->TPR, 9u); /* 89 follows at 11, then one count every 10 */
+    bus_write16(&CPU_TIMER(0u)->TPR, 9u); /* 89 follows at 11, then each count takes 10 */
     run(11u);
     TEST_ASSERT_EQUAL_UINT32(88u, CPU_TIMER(0u)->TIM);
     run(20u);

@@ -12,7 +12,7 @@ import stuck  # noqa: E402
 
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-NO_PICTURES = {**os.environ, "LAGLESS_PYTHON": "/bin/true"}  # the data differ from test to test
+NO_PICTURES = {**os.environ, "LAGLESS_PYTHON": "/bin/true"}  # no plots, whose data differ from test to test
 
 STEP = """schema = 1
 title = "a test"
@@ -39,7 +39,7 @@ def lagless(*arguments, **settings):
     return subprocess.run([LAGLESS, *arguments], text=True, **settings)
 
 
-# A map that is soon made, of one speed and load.
+# A map of one speed and one load, which takes little time.
 FEW_POINTS = """schema = 1
 title = "My drive"
 [run]
@@ -76,24 +76,24 @@ class TestCase(stuck.TestCase):
         return running
 
     def serve(self, *arguments, place=r"(127\.0\.0\.1:\d+)"):
-        """A running server, and the address at which it listens."""
+        """A running server, and the address on which it listens."""
         server = self.started("serve", *arguments)
         match = re.fullmatch(rf"listening on {place}\n", server.stdout.readline())
         self.assertTrue(match)
         return server, match[1]
 
     def refuses(self, *rows):
-        """Each row is a command line and the texts of its message: exit code 2."""
+        """Each row is a command line and the texts of its message; the exit code must be 2."""
         for arguments, *fragments in rows:
             with self.subTest(arguments=arguments):
                 self.expect(2, lagless(*arguments), *fragments)
 
     def scenario(self, *more, duration="0.2 s", name="a.toml"):
-        """A file of a scenario that goes to 300 r/min with an encoder, and with `more` tables."""
+        """The file of a scenario that accelerates to 300 r/min with an encoder, with the tables `more` added."""
         return self.write(name, STEP % duration + "".join(more))
 
     def expect(self, code, done, *fragments):
-        """Checks that a run ended with this exit code and printed these fragments, on either stream."""
+        """Checks that a run ended with this exit code and printed these fragments, on stdout or stderr."""
         told = (done.stdout or "") + (done.stderr or "")
         self.assertEqual(code, done.returncode, told)
         for fragment in fragments:

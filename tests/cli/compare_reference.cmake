@@ -1,4 +1,4 @@
-# docs/reference.md is what `lagless reference` prints.
+# docs/reference.md must equal the output of `lagless reference`.
 execute_process(COMMAND ${LAGLESS} reference OUTPUT_FILE ${FRESH} RESULT_VARIABLE failed)
 if(failed)
     message(FATAL_ERROR "lagless reference ended with ${failed}")

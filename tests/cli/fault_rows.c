@@ -1,12 +1,12 @@
-/* The fault table and the limits that the guard derives from the default parameters, one row a line, columns
- * by tabs, for test_cli.py: the text of `lagless explain` is compared with this. */
+/* Prints the fault table and the limits that the guard derives from the default parameters, one row per
+ * line with tabs between the columns. test_cli.py compares the text of `lagless explain` with this output. */
 #include <inttypes.h>
 #include <stdio.h>
 
 #include "guard/guard.h"
 #include "hal/board.h"
 
-/* By fault_when_t and by fault_reaction_t. */
+/* The names in the order of fault_when_t and fault_reaction_t. */
 static const char *const moments[] = {"ALWAYS", "RUNNING", "ENCODER", "TRACKING", "SUPPLIED"};
 static const char *const reactions[] = {"WARN", "CATCH", "STOP", "OPEN"};
 

@@ -1,8 +1,9 @@
-/* A drive whose board has its memory on the I2C bus (pump325.h), at a port of this machine, in real time: for
- * the tests of `lagless connect`. usage: keeping_drive good|breaks|vanishes
+/* A drive in real time at a port of this machine, for the tests of `lagless connect`. Its board has its
+ * memory on the I2C bus (pump325.h).
  *
- * breaks: from the first order to the memory on, its content does not change any more. vanishes: the program
- * ends while the memory works. */
+ * usage: keeping_drive good|breaks|vanishes
+ * breaks: from the first order to the memory on, the content of the memory does not change any more.
+ * vanishes: the program ends while the memory works. */
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -29,7 +30,7 @@ int main(int argc, char **argv)
     const chip_memory_t eeprom = {BOARD_STORE_ADDRESS, 64u, (uint32_t)(CHIP_TICKS_PER_SECOND / 200u)};
     const bool breaks = argc == 2 && strcmp(argv[1], "breaks") == 0;
     const bool vanishes = argc == 2 && strcmp(argv[1], "vanishes") == 0;
-    uint32_t worked = 0; /* [ms] */
+    uint32_t worked = 0; /* [ms] time for which the memory has worked */
     struct timespec begin;
     wire_error_t error;
     rig_t *rig = rig_create(1u);

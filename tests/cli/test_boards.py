@@ -1,5 +1,7 @@
-"""The board is chosen when the program runs: each board with a motor of the library, the list of boards against their headers, wrong
-names, scenarios that name a board, and a header of one's own. usage: test_boards.py LAGLESS FOLDER"""
+"""The board is chosen when the program runs. The tests use each board with a motor of the library, and compare the list of boards with their
+headers. They also check wrong names, scenarios that name a board, and a header of the user.
+
+usage: test_boards.py LAGLESS FOLDER"""
 
 import json
 import os
@@ -15,7 +17,8 @@ from command_line import LAGLESS, ROOT, TestCase, lagless
 
 HEADERS = os.path.join(ROOT, "hal", "f28335", "boards")
 
-# Board, a motor that suits it, and half its rated speed [r/min] and torque [N m]; inertia of the machine that it drives.
+# A board, a motor that suits it, half the rated speed [r/min] and half the rated torque [N m] of the motor, and the inertia of the machine
+# that it drives.
 DRIVES = (
     ("pm50rl1a060", "baldor-bsm90n-175", 800, 2.0, "20 kg cm^2"),
     ("hvmtrpfckit", "estun-emj-04apb22", 1500, 0.6, "2 kg cm^2"),
@@ -76,7 +79,7 @@ at_most = "run"
 
 
 def number(board, name):
-    """A whole number of a board's header."""
+    """A whole number from the header of a board."""
     with open(os.path.join(HEADERS, f"{board}.h"), encoding="utf-8") as file:
         return int(re.search(rf"#define {name}\s+\(?(-?\d+)", file.read())[1])
 
@@ -153,7 +156,7 @@ class Boards(TestCase):
     def test_the_matrix_of_another_board_is_a_run_of_a_motor_that_suits_it(self):
         self.expect(2, lagless("matrix", "--share", "1", "--board", "igbt_540v_30a"), "on board pm50rl1a060; accepted on igbt_540v_30a: --only")
         whole = [("mosfet_48v_60a", "53 cells pass, 0 fail, 1 cannot occur"), ("igbt_540v_30a", "54 cells pass, 0 fail")]
-        if os.environ.get("LAGLESS_GRID_SHARE") != "1":  # one of them, by the seed of the day
+        if os.environ.get("LAGLESS_GRID_SHARE") != "1":  # one of the boards, which the seed of the day selects
             seed = os.environ.get("LAGLESS_GRID_SEED") or time.strftime("%Y%m%d", time.gmtime())
             whole = [random.Random(f"matrix of boards {seed}").choice(whole)]
             print(f"LAGLESS_GRID_SEED={seed}: the matrix of {whole[0][0]}")
@@ -177,7 +180,7 @@ class Boards(TestCase):
         server.kill()
 
     def test_an_own_header_becomes_a_board(self):
-        """Configured only: the build is the same as for the others."""
+        """The build is only configured, because it is the same as for the other boards."""
         if shutil.which("cmake") is None:
             self.skipTest("no cmake")
         with open(os.path.join(HEADERS, "mosfet_48v_60a.h"), encoding="utf-8") as file:

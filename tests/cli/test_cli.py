@@ -20,7 +20,7 @@ from command_line import FEW_POINTS, LAGLESS, NO_PICTURES, ROOT, TestCase, docum
 
 FAULT_ROWS = sys.argv[3]
 
-KEPT = 341  # periods of the twelve rows that explain a fault: CAPTURE_SLOTS / 12
+KEPT = 341  # periods that each of the twelve rows keeps of a fault: CAPTURE_SLOTS / 12
 
 REACHED = """[[expect]]
 signal = "true_omega_m"
@@ -30,7 +30,7 @@ at_least = "%s"
 
 
 def runs_under_valgrind():
-    """False without valgrind, and for a build with sanitizers."""
+    """Whether the program can run under valgrind: not without valgrind, and not in a build with sanitizers."""
     try:
         return subprocess.run(["valgrind", LAGLESS, "--version"], capture_output=True).returncode == 0
     except FileNotFoundError:
@@ -51,7 +51,7 @@ class CommandLine(TestCase):
         result = json.loads(done.stdout)
         self.assertEqual("failed", result["expectations"][0]["verdict"])
         self.assertEqual((1, 2000), (result["failed"], result["periods"]))
-        self.assertNotIn("error", result)  # it is none
+        self.assertNotIn("error", result)  # this result is no error
 
     def test_json_reports_the_end_after_all_other_lines(self):
         for arguments, manoeuvre, reason in (([self.scenario(at_least="-100 r/min"), "--set", "plant.dc_voltage=150 V"], "off", "dc_undervoltage"),
@@ -87,7 +87,7 @@ class CommandLine(TestCase):
             kind = {comparison, when, reaction, rate, "limit" if limit else "none"}
             if kind <= kinds:
                 continue
-            kinds |= kind  # each word is reported once, alone
+            kinds |= kind  # each word is reported once, without others
             for wish in (name, number):
                 self.assertEqual(reasons[name], json.loads(lagless("explain", wish, "--json").stdout))
             text = lagless("explain", name).stdout
@@ -111,14 +111,14 @@ class CommandLine(TestCase):
             self.assertIsNone(worst)
             self.assertFalse(runs_under_valgrind())
             self.skipTest(done.stderr)
-        # A sine, a cosine, a root and a hyperbolic tangent, of some ten operations each, are in any step; the worst one has
-        # also the adaptation, two low-passes and one more root: more than thirty operations.
+        # Every step computes a sine, a cosine, a root and a hyperbolic tangent, of about ten operations each. The longest step computes
+        # also the adaptation, two low-passes and one more root, which are more than thirty operations.
         self.assertGreater(typical, 50)
         self.assertGreater(worst, typical + 30)
 
     def test_bench_reports_the_instructions_of_a_step_or_why_it_has_not_counted_them(self):
-        """Under a valgrind that is a shell script, whose arguments end with --replay estimator or --replay empty: loop and call are
-        taken off, and the rest is of 20000 steps."""
+        """A shell script replaces valgrind; its arguments end with --replay estimator or --replay empty. The instructions of the loop and
+        of the call are subtracted, and the rest is divided by 20000 steps."""
         count = 'case "$*" in *" --replay empty") n=140000 ;; *" --replay estimator") n=4140000 ;; esac\necho "==12== Collected : $n" >&2\n'
         failed = "not counted: this build does not run under valgrind"
         for script, number, said in ((None, None, "not counted: valgrind is not installed"), (count, 200.0, ""),
@@ -133,7 +133,7 @@ class CommandLine(TestCase):
             self.assertGreater(told["estimator_ns"], 0.0)
 
     def test_map_is_a_list_of_points_with_these_keys_and_a_table_with_verdicts(self):
-        """Both in one run: the picture fails, the points are kept."""
+        """One run tests both: the picture cannot be made, and the points are kept."""
         done = lagless("map", "--ideal", "--averaged", "--speeds", "300", "--adaptation", "off", "--out", self.folder,
                        env={**os.environ, "LAGLESS_PYTHON": "/bin/false"})
         self.expect(3, done, "no picture was drawn", "map.json", "L +20 %", "theory", "met     L wrong", "met     psi_f, R wrong",
@@ -150,7 +150,8 @@ class CommandLine(TestCase):
         self.assertEqual({"nominal", "L +20 %", "L -20 %", "R +50 %", "R -50 %", "psi_f +10 %", "psi_f -10 %"},
                          {point["deviation"] for point in points})
         self.assertEqual([(0, -300), (0, 300), (5, -300), (5, 300)], [(point["load_nm"], point["rpm"]) for point in points[:4]])
-        # (5 + 1.32) N m / 1.098 N m/A = 5.756 A; -atan(2.5 mH 5.756 A / 0.183 Wb) = -78.5 mrad, against theory within 2
+        # (5 + 1.32) N m / 1.098 N m/A = 5.756 A, and -atan(2.5 mH 5.756 A / 0.183 Wb) = -78.5 mrad; the limit of the difference from theory
+        # is 2 mrad.
         turned, = (p["mean_mrad"] for p in points if (p["deviation"], p["rpm"], p["load_nm"]) == ("L +20 %", 300, 5))
         self.assertAlmostEqual(-78.5, turned, delta=2.0)
 
@@ -159,7 +160,7 @@ class CommandLine(TestCase):
         done = lagless("map", path)
         self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     the rotor is not lost at any point: none of ", "forward, off", "forward, on")
         self.assertEqual(1, done.stdout.count("nominal   "))
-        self.assertRegex(done.stderr, r"^\d+ points in [\d.]+ s\n$")  # a pipe gets no bar
+        self.assertRegex(done.stderr, r"^\d+ points in [\d.]+ s\n$")  # without a terminal there is no progress bar
         self.refuses((["map", path, "--speeds", "700,2500"], path + ": ", "speed_request", "2500 r/min"),
                      (["map", path, "--ideal"], "--ideal", "cannot be used with a scenario"), (["map", path, path], "a second scenario; accepted is one"))
 
@@ -234,7 +235,7 @@ class CommandLine(TestCase):
         self.expect(3, self.campaign("--out", folder))
 
     def test_map_that_contradicts_theory_gives_1_and_a_list_all_the_same(self):
-        # 40 N m are more than the torque at the current limit of 10 A (1.098 N m/A): no point can be judged
+        # A load of 40 N m is more than the torque at the current limit of 10 A (1.098 N m/A), so that no point can be judged.
         done = lagless("map", self.write("my.toml", FEW_POINTS.replace("load_torque = 3", "load_torque = 40")), "--adaptation", "off", "--json")
         self.expect(1, done, "FAILED  the rotor is not lost at any point: ", "are lost, the first is ")
         self.assertNotIn("FAILED", done.stdout)
@@ -290,7 +291,7 @@ class CommandLine(TestCase):
         self.assertEqual({"fig08", "fig12"}, {row["id"].split(".")[0] for row in rows})
         ours = {row["id"]: row["ours"] for row in rows}
         self.assertAlmostEqual(0.32, ours["fig12.i_d.ideal"], delta=0.02)  # 4 A sin(0.08)
-        self.assertEqual([], os.listdir(self.folder))  # no report without a folder
+        self.assertEqual([], os.listdir(self.folder))  # without a folder no report is written
 
     def test_paper_prints_a_table_and_the_ideal_beside_the_real(self):
         done = lagless("paper", "fig12", cwd=self.folder, env=NO_PICTURES)
@@ -299,7 +300,7 @@ class CommandLine(TestCase):
         self.assertEqual(["report_fig12"], os.listdir(self.folder))
         line, = (line for line in done.stdout.splitlines() if line.startswith("  i_d "))
         numbers = [float(number) for number in re.findall(r" (0\.\d+)", line)]
-        self.assertEqual(3, len(numbers), line)  # paper, ours, ideal
+        self.assertEqual(3, len(numbers), line)  # the values of the paper, of this program, and the ideal ones
         for number in numbers:
             self.assertAlmostEqual(0.32, number, delta=0.008)
 
@@ -345,20 +346,20 @@ class CommandLine(TestCase):
                 (["scope", "tcp://127.0.0.1:1", "--port", "x"], "0 to 65535"), (["scope", "tcp://127.0.0.1:1", "--http", "x"], "0 to 65535"),
                 (["serve", "bare_motor", "--set", "nosuch=1"], "no table has"), (["serve", "bare_motor", "--seed", "x"], "whole numbers"),
                 (["run", os.path.join(self.folder, "none.toml")], "none.toml"))
-        self.assertEqual(["a.toml"], os.listdir(self.folder))  # no output left behind
+        self.assertEqual(["a.toml"], os.listdir(self.folder))  # the command has left no output behind
 
     HISTORY = ["period", "state", "i_a", "i_b", "u_dc", "i_d", "i_q", "i_q_ref", "u_d", "u_q", "theta_e", "omega_e",
                "sample_flags"]
 
     def samples(self, name):
-        """Lines of a CSV below its header, which is checked to have the rows of a fault's history."""
+        """The lines of a CSV file below its header. The header must have the columns of a fault's history."""
         with open(os.path.join(self.folder, name)) as file:
             header, *lines = [line.rstrip("\n") for line in file if not line.startswith("#")]
         self.assertEqual(["time"] + self.HISTORY, [column.split("[")[0] for column in header.split(",")])
         return lines
 
     def faulty(self, duration, *events, code=0):
-        """Runs with these (time, setting) and records every period; JSON's result, history, recording."""
+        """Runs with these settings at these times and records every period. Returns the result in JSON, the history and the recording."""
         path = self.scenario(duration=duration, at_least="-1e4 r/min")
         with open(path, "a") as file:
             for time_, setting in events:
@@ -368,8 +369,8 @@ class CommandLine(TestCase):
         return json.loads(done.stdout), self.samples("a_fault.csv"), self.samples("a.csv"), done.stderr
 
     def test_history_has_the_periods_up_to_a_fault(self):
-        """With that of its own step, the second beyond the trip; without the one that a trip of the module has come before; as short as
-        the run was, three wrong samples."""
+        """The history ends with the period of the fault: the second one beyond the trip, or the third wrong sample. A trip of the module
+        comes before the step, so that the history ends one period earlier. It is as short as the run if the run was short."""
         for event, reason, begin, end in ((("0.15", "plant.dc_voltage = 450"), "dc_overvoltage", 1502 - KEPT, 1502),
                                           (("0.15", "plant.force_fault = 1"), "module_fault", 1500 - KEPT, 1500),
                                           (("0", "rig.stuck_current_a = 4095"), "bad_sample", 0, 3)):
@@ -388,7 +389,7 @@ class CommandLine(TestCase):
             "0.3 s", ("0.15", "plant.dc_voltage = 450"), ("0.16", "plant.dc_voltage = 311\nrequests.enable = \"off\""),
             ("0.2", "requests.fault_reset = \"yes\""))
         self.assertEqual("none", result["fault_reason"])
-        self.assertEqual(recording[1501 - (KEPT - 1):1502], history)  # dc_overvoltage takes two in succession
+        self.assertEqual(recording[1501 - (KEPT - 1):1502], history)  # dc_overvoltage needs two successive samples
         done = lagless("run", self.scenario(), "--json", "--force", "--out", self.folder)
         self.assertEqual([self.folder + "/a.csv"], json.loads(done.stdout)["files"])
         self.assertFalse(os.path.exists(os.path.join(self.folder, "a_fault.csv")))
@@ -484,8 +485,7 @@ class CommandLine(TestCase):
 
 
 class Readme(TestCase):
-    """The output of a command in README and docs/ is the output of the program; `...` stands for lines that are
-    left out."""
+    """The output of a command shown in README and docs/ is the output of the program; `...` stands for lines that are left out."""
 
     def test_runs_that_are_shown_are_what_they_print(self):
         blocks = []

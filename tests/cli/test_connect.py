@@ -1,5 +1,6 @@
-"""`lagless connect` at `lagless serve`: whole sessions, wrong lines, lines that break. usage: test_connect.py LAGLESS
-FOLDER KEEPING_DRIVE"""
+"""`lagless connect` with a drive of `lagless serve`: whole sessions, wrong lines, lines that break.
+
+usage: test_connect.py LAGLESS FOLDER KEEPING_DRIVE"""
 
 import csv
 import json
@@ -18,7 +19,7 @@ import unittest
 import command_line
 from command_line import FOLDER, LAGLESS, document, lagless
 
-# Nothing runs, the shaft is lightly loaded; mean voltages, so that real time is kept on a busy machine.
+# The motor stands still, and the shaft has a light load. The simulation uses mean voltages, so that it keeps real time on a busy machine.
 BENCH = """schema = 1
 title = "On the bench"
 [run]
@@ -29,8 +30,7 @@ load_torque = "0.5 N m"
 fidelity = "averaged"
 """
 
-# The motor turns from the start without a command: a program that only listens gets the values that `lagless
-# run` records.
+# The motor turns from the start without a command: a client that only listens receives the values that `lagless run` records.
 TURNING = """schema = 1
 title = "Turning"
 [run]
@@ -57,10 +57,10 @@ def answers(result):
 class Case(command_line.TestCase):
     def setUp(self):
         super().setUp()
-        os.rmdir(self.folder)  # who records makes it
+        os.rmdir(self.folder)  # the recording must create it
 
     def serve(self, text=BENCH, *options):
-        """A server: its process, and where a client finds it as `target`."""
+        """Starts a server; returns its process, with the address for a client in `target`."""
         path = os.path.join(FOLDER, self._testMethodName + ".toml")
         with open(path, "w", encoding="utf-8") as file:
             file.write(text)
@@ -69,7 +69,7 @@ class Case(command_line.TestCase):
         return process
 
     def typing(self, server, lines, *options):
-        """A client that was given these lines and waits for more."""
+        """A client that has received these lines and waits for more."""
         client = self.started("connect", server.target, *options, stdin=subprocess.PIPE)
         client.stdin.write(lines)
         client.stdin.flush()
@@ -91,7 +91,7 @@ class Case(command_line.TestCase):
 
 
 class Memory(Case):
-    """An EEPROM on the I2C bus takes half a second for a set, after the answer to the order."""
+    """An EEPROM on the I2C bus needs half a second to save a set, after the answer to the order."""
 
     SAVE = "wait until state == ready\nset motor_resistance 1 ohm\napply\nsave\n"
 
@@ -164,7 +164,7 @@ get motor_resistance current_limit store_state
             self.assertAlmostEqual(float(row[0]), begin + n * 1e-4, places=7)
             self.assertAlmostEqual(float(row[1]), 52.36, delta=1.6)
 
-        # the power goes, and comes back
+        # The supply of the drive fails and returns.
         server.terminate()
         self.assertEqual((server.wait(20), server.stderr.read()), (0, ""))
         server = self.serve(BENCH, "--flash", flash)
@@ -174,7 +174,7 @@ get motor_resistance current_limit store_state
         self.assertEqual(said[0]["store_state"], "loaded")
         self.assertLess(said[0]["period"], 100000)
 
-        # without the file it is another drive
+        # Without the file the server is a drive with default parameters.
         server = self.serve()
         said = answers(self.does(server, "get motor_resistance store_state\n", "--json"))
         self.assertAlmostEqual(said[0]["motor_resistance"], 0.95, places=6)
@@ -203,7 +203,7 @@ get motor_resistance current_limit store_state
         script = "wait until state == ready\nset speed_request 10\nset current_limit 8\napply\nsave\nrestart\nget line_key\n"
         said = answers(self.does(server, script + "set speed_request 5\nget speed_request\n", "--json", "--key", "4711"))
         self.assertEqual((said[6]["line_key"], said[8]["speed_request"]), (4711, 5.0))
-        self.does(self.serve(), "set speed_request 10\n", "--key", "4711")  # one that is open
+        self.does(self.serve(), "set speed_request 10\n", "--key", "4711")  # a drive that needs no key
         for key in ("0", "-1", "4711x", "1000000", ""):
             refused = connect(server.target, "", "--key", key)
             self.assertEqual(refused.returncode, 2)
@@ -224,8 +224,8 @@ get motor_resistance current_limit store_state
             self.assertEqual(file.read(10), b"MATLAB 5.0")
 
     def test_serial_line_carries_what_its_baud_has_room_for_and_reports_the_rest(self):
-        """937 500 baud are 93.75 octets a millisecond; a sample of three floats is 4 + 1 + 4 + 12 of them, so every third
-        period takes 70, each period 210."""
+        """937 500 baud are 93.75 octets per millisecond. A sample of three floats has 4 + 1 + 4 + 12 octets: every third period they need
+        70 octets per millisecond, every period 210."""
         server = self.serve(BENCH, "--serial")
         result = self.does(server, f"""wait until state == ready
 restart
@@ -243,7 +243,7 @@ wait until state == ready
         with open(os.path.join(self.folder, "recording.mf4"), "rb") as file:
             mdf = file.read()
         self.assertEqual(mdf[:16], b"MDF     4.10    ")
-        samples = mdf[-1667 * 20:]  # time as a double, three floats
+        samples = mdf[-1667 * 20:]  # a time as double and three floats
         self.assertEqual([struct.unpack_from("<d", samples, 20 * n)[0] for n in range(1667)], times)
         self.fails(server, f"record omega_m i_q u_dc for 0.2 s --out {self.folder} --name fast\n", "the line is too slow; fewer names, or every ")
 
@@ -352,7 +352,7 @@ class WrongLines(Case):
         ("quit now", "no argument is accepted"))
 
     def test_each_names_the_thing_and_what_is_accepted(self):
-        """One script that continues after each of them; in JSON a failed line is an object, too."""
+        """One script continues after each wrong line; in JSON a wrong line is an object too."""
         done = connect(self.serve().target, "".join(line + "\n" for line, _ in self.ROWS), "--keep-going", "--json")
         self.assertEqual(done.returncode, 1, done.stderr)
         told = {answer["line"]: answer for answer in answers(done)}
@@ -435,17 +435,17 @@ class BrokenLines(Case):
         client = self.typing(server, "get state\n")
         while not client.stdout.readline().startswith("state"):
             pass
-        time.sleep(0.3)  # until it waits for the next line
+        time.sleep(0.3)  # until the client waits for the next line
         client.send_signal(signal.SIGINT)
         self.assertEqual(client.wait(5), 1)
         self.assertIn("interrupted", client.communicate()[1])
 
 
 class Terminal(Case):
-    """At a terminal: a prompt, and where the build has libedit, completion by the tabulator."""
+    """At a terminal there is a prompt, and if the build has libedit, the tabulator key completes words."""
 
     def begins(self, server):
-        """Its output up to the prompt; the terminal ends with the test."""
+        """The output up to the prompt; the terminal ends with the test."""
         self.child, self.terminal = pty.fork()
         if self.child == 0:
             os.environ["TERM"] = "vt100"
@@ -454,7 +454,7 @@ class Terminal(Case):
         return self.types(b"")
 
     def types(self, keys, mark="lagless> "):
-        """What is seen up to this mark."""
+        """Sends the keys, and returns the output up to the text."""
         os.write(self.terminal, keys)
         seen, end = "", time.monotonic() + 10.0
         while mark not in seen and time.monotonic() < end:
@@ -470,7 +470,7 @@ class Terminal(Case):
             if select.select([self.terminal], [], [], 0.1)[0]:
                 try:
                     os.read(self.terminal, 4096)
-                except OSError:  # the other side is closed
+                except OSError:  # the other side has closed the terminal
                     time.sleep(0.05)
             ended, status = os.waitpid(self.child, os.WNOHANG)
             if ended:
@@ -499,7 +499,7 @@ class Terminal(Case):
     def test_ctrl_d_that_is_typed_while_a_command_runs_ends_the_session_behind_it(self):
         self.begins(self.serve())
         os.write(self.terminal, b"wait 0.5 s\n")
-        time.sleep(0.2)  # while it runs
+        time.sleep(0.2)  # while the command runs
         os.write(self.terminal, b"\x04")
         self.ends(0)
 
@@ -508,7 +508,7 @@ class Terminal(Case):
         self.begins(server)
         self.types(b"go 300 r/min\n", "on, going to 300 r/min\r\nlagless> ")
         os.write(self.terminal, b"\x1b")
-        time.sleep(2.5)  # more than command_timeout
+        time.sleep(2.5)  # longer than command_timeout
         self.types(b"\x07\nget state\n", "operation_enabled\r\nlagless> ")
         os.write(self.terminal, b"\x1b")
         time.sleep(0.3)
@@ -524,7 +524,7 @@ class Terminal(Case):
 
 
 def plain(text):
-    """A session's text without the parts that differ from run to run: numbers, prefixes of units, blanks."""
+    """The text of a session without the parts that differ from run to run: numbers, prefixes of units, blanks."""
     text = re.sub(r"-?\d+(\.\d+)?(e[-+]?\d+)?( [mu](?=[AV]\b))?", "#", text)
     text = re.sub(r"# (?=[AV]\b)", "#", text)
     return [" ".join(line.split()) for line in text.splitlines()]

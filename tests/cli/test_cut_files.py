@@ -1,4 +1,5 @@
-"""Files that are cut off or damaged: a clear refusal, no traceback, and no part of them in a result.
+"""Files that are truncated or damaged are refused with a clear message, without a traceback, and no part of them reaches a result.
+
 usage: test_cut_files.py LAGLESS FOLDER CASES"""
 
 import importlib.util
@@ -31,23 +32,24 @@ class Campaign(TestCase):
     def test_what_is_not_a_result_is_refused(self):
         self.assertEqual("run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm\n", self.columns)
         self.expect(1, self.merge(self.line), "29 of 30 runs are not done")
-        none = self.line.split(",")[2]  # the invariant of a run that keeps all
+        none = self.line.split(",")[2]  # stands for a run that violates no invariant
         for start, end in (
-                # a violation without an invariant, which was counted beyond the end of an array, and an invariant without one
+                # A violation without an invariant, which must not be counted beyond the end of an array, and an invariant without a
+                # violation.
                 (f"20,2,{none}", "3,45,0,0,0,0,0,0"), ("20,2,99", "3,45,0,0,0,0,0,0"), ("20,1,3", "3,45,0,0,0,0,0,0"), ("20,3,3", "3,45,0,0,0,0,0,0"),
-                # fields beyond their tables, too few of them
+                # Indices beyond the end of their tables, and too few fields.
                 (f"30,1,{none}", "3,45,0,0,0,0,0,0"), (f"20,1,{none}", "9999,45,0,0,0,0,0,0"), (f"20,4,{none}", "3,45,0,0,0,0,0,0"), (f"20,1,{none}", "3,45,0,0,7,0,0,0"),
                 (f"20,1,{none}", "3,45,0,0,0,0,0"), (f"-1,1,{none}", "3,45,0,0,0,0,0,0")):
             self.expect(2, self.merge(f"{start},900,0,{end}\n"), ":3: no result of a run")
         for runs in ("0", "1000001", "4294967295"):
             self.expect(2, self.merge(self.line, head=self.head.replace("runs 30", f"runs {runs}")), ":1: no campaign")
-        shutil.copy(os.path.join(CASES, "merge_overflow.csv"), self.results)  # the file that was reported
+        shutil.copy(os.path.join(CASES, "merge_overflow.csv"), self.results)  # the file from the report of this defect
         self.expect(2, lagless("campaign", "merge", self.folder), "campaign.csv:")
 
 
 @unittest.skipUnless(DRAWS, "numpy is missing")
 class Recordings(TestCase):
-    """`lagless plot` and `lagless compare` of recordings that are cut off."""
+    """`lagless plot` and `lagless compare` with truncated recordings."""
 
     def setUp(self):
         super().setUp()

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Experiments as files, and the commands that take a user's scenario: `lagless paper FILE`, bench, campaign, matrix.
+"""Experiments as files, and the commands that take a scenario of the user: `lagless paper FILE`, bench, campaign, matrix.
 
-The example of docs/experiments.md is run and its output compared; everything else is expected from algebra."""
+The example of docs/experiments.md is run, and its output is compared with the page; all other expected values follow from algebra."""
 import json
 import math
 import re
@@ -13,7 +13,7 @@ from command_line import document
 
 PAGE = document("docs/experiments.md")
 
-# 10 periods of a rig at standstill: the load goes from 0 to 4.5 N m in steps of 0.5.
+# A simulation at standstill for 10 periods per point; the load goes from 0 to 4.5 N m in steps of 0.5 N m.
 STANDING = """schema = 1
 title = "stands"
 [run]
@@ -56,7 +56,7 @@ class Test(command_line.TestCase):
         return {row["id"]: row for row in json.loads(done.stdout)}
 
     def refused(self, text, place, *fragments):
-        """place: a text of the line that the message names."""
+        """`place` is a text in the line that the message names."""
         line = text[:text.index(place)].count("\n") + 1 if place else None
         done = self.lagless("paper", self.write(text))
         self.expect(2, done, f"./my.toml:{line}:" if line else "./my.toml:", *fragments)
@@ -70,7 +70,7 @@ class Test(command_line.TestCase):
         self.assertEqual(output, done.stdout)
         self.assertEqual(0, done.returncode)
         ours = {row["id"]: row["ours"] for row in self.rows(example, 0).values()}
-        self.assertAlmostEqual(1.0, ours["my.current.run"], delta=0.02)  # torque balance
+        self.assertAlmostEqual(1.0, ours["my.current.run"], delta=0.02)  # follows from the torque balance
 
     def test_the_page_names_all_that_a_file_can_refer_to(self):
         for text, line in ((STANDING + claim("a", "nofunction(1)", 0.0), None),
@@ -131,7 +131,7 @@ class Test(command_line.TestCase):
         self.assertEqual("low: 0.02", rows["grid.j.low"]["condition"])
         self.assertEqual({"holds"}, {row["verdict"] for row in rows.values()})
 
-    # For three inertias 1, 2, 4 kg m^2 and two ends of the load.
+    # A grid of three inertias, 1, 2 and 4 kg m^2, and two ends of the load.
     GRID = STANDING.replace("[[measure]]", '[[sweep]]\nname = "j"\nrow = "plant.inertia"\nvalues = [1, 2, 4]\nnames = ["a", "b", "c"]\n'
                             '[[sweep]]\nname = "end"\n[[sweep.point]]\nname = "low"\nnumber = 3\n[[sweep.point]]\nname = "high"\nnumber = 5\n'
                             'at = [{time = "0.9 ms", plant.load_torque = 9}]\n[[measure]]', 1)
@@ -194,7 +194,8 @@ class Test(command_line.TestCase):
         self.assertEqual([25.0], [row["ours"] for row in self.rows(STANDING + measure + steps + claim("a", "sum(seed for seed)", 25.0)).values()])
 
     def test_durations_of_whole_turns(self):
-        # 100 r/min, four pole pairs: 0.15 s a turn; 0.2 s become two of them, 0.3 s stay. 1013 r/min: 34 turns are 0.503455 s.
+        # At 100 r/min and four pole pairs a turn takes 0.15 s; a window of 0.2 s becomes two turns, and 0.3 s are two turns already. At
+        # 1013 r/min 34 turns are 0.503455 s.
         for speed, duration, periods in (("100 r/min", "0.2 s", 3000), ("100 r/min", "0.3 s", 3000), ("-1013 r/min", "0.5 s", 5035)):
             text = STANDING.replace('"1 ms"', f'"{duration}"').replace("[[at]]", f'[experiment]\nwhole_turns = true\n[requests]\nspeed_request = "{speed}"\n[[at]]', 1)
             text += '[trace]\ncolumn = [{name = "load", signal = "plant.load_torque"}]\n' + claim("a", "load.last", 4.5)
@@ -352,7 +353,7 @@ class Test(command_line.TestCase):
         self.refused(good.replace("[run]", '[[sweep]]\nname = "load"\nrow = "position_source"\nvalues = ["encoder", "sensorles"]\n[run]'), "values =", "nearest: sensorless")
 
     def test_what_the_rig_refuses_under_way_is_reported_with_its_line(self):
-        # A parameter that changes only while the bridge is off.
+        # The scenario sets a parameter that may change only while the bridge is off.
         text = STANDING.replace("[[measure]]", '[requests]\nenable = "on"\n[[at]]\ntime = "0.3 s"\nparams.observer_switching = "sign"\n[[measure]]', 1)
         text = text.replace('"1 ms"', '"0.4 s"').replace('"0.9 ms"', '"0.2 s"').replace('"4.5 N m"', '"0.5 N m"')
         self.refused(text + claim("a", "1", 1.0), "params.observer_switching", "observer_switching")
@@ -384,7 +385,7 @@ class Test(command_line.TestCase):
         path = self.write(self.SCENARIO % "600 r/min")
         told = json.loads(self.lagless("campaign", "--scenario", path, "--runs", "6", "--json").stdout)
         self.assertEqual((6, 0, 0.6, 0), (told["done"], told["violated"], told["seconds"], told["faults"]))
-        path = self.write(self.SCENARIO % "200 r/min")  # it begins at 400
+        path = self.write(self.SCENARIO % "200 r/min")  # the scenario begins at 400 r/min
         self.expect(1, self.lagless("campaign", "--scenario", path, "--runs", "2", "--out", "found"), "violated  2, of which 2 failed again")
         self.expect(1, self.lagless("run", "found/run-000000.toml"), "never fast")
         self.expect(2, self.lagless("campaign", "merge", "found"), "--scenario")
@@ -393,7 +394,7 @@ class Test(command_line.TestCase):
         text = self.read("found/run-000000.toml")
         self.assertIn("plant.load_torque = 2", text)
         self.assertIn("at_most", text)
-        # fully minimised: the failure needs no error of the plant or of the assumed values
+        # The scenario is fully minimised: the failure needs no error of the plant or of the assumed values.
         self.assertNotIn("resistance", text)
         self.assertNotIn("[params]\nmotor", text)
 

@@ -1,6 +1,6 @@
-"""Mistakes and disturbances in the first hour with the program: two runs into one folder, full disks, drives
-that stay off, names that
-are refused. usage: test_first_hour.py LAGLESS FOLDER"""
+"""Mistakes and disturbances that a new user meets: two runs into one folder, full disks, drives that stay off, names that are refused.
+
+usage: test_first_hour.py LAGLESS FOLDER"""
 
 import json
 import os
@@ -13,8 +13,8 @@ import unittest
 
 from command_line import LAGLESS, NO_PICTURES, ROOT, TestCase, document, lagless
 
-WITHOUT_VALGRIND = {**os.environ, "PATH": "/nowhere"}  # bench counts no instructions
-MAP = ["map", "--ideal", "--averaged", "--speeds", "300", "--adaptation", "off"]  # the one that is made soonest
+WITHOUT_VALGRIND = {**os.environ, "PATH": "/nowhere"}  # `lagless bench` then counts no instructions
+MAP = ["map", "--ideal", "--averaged", "--speeds", "300", "--adaptation", "off"]  # the map that takes the least time
 
 
 class FirstHour(TestCase):
@@ -22,7 +22,7 @@ class FirstHour(TestCase):
         return os.path.join(self.folder, name)
 
     def under_way(self, *arguments):
-        """A program that is running, with a file in its folder."""
+        """Starts a program that has a file open in its folder."""
         running = self.started(*arguments, "--out", self.out())
         deadline = time.monotonic() + 30
         while time.monotonic() < deadline and not (os.path.isdir(self.out()) and os.listdir(self.out())):
@@ -31,13 +31,13 @@ class FirstHour(TestCase):
 
 
 class OneFolder(FirstHour):
-    """(a) Two runs into one folder: both results or a clear error, never a mixture."""
+    """(a) Two runs into one folder give both results or a clear error, never a mixture."""
 
     def test_a_second_run_of_the_same_name_is_refused_and_the_first_one_keeps_its_result(self):
         running = self.under_way("run", self.scenario(duration="3600 s"), "--every", "100")
         second = lagless("run", self.scenario(), "--out", self.out())
         self.expect(3, second, "a.csv.partial: another run is writing it")
-        self.expect(0, lagless("run", self.scenario(name="b.toml"), "--out", self.out()))  # another name shares the folder
+        self.expect(0, lagless("run", self.scenario(name="b.toml"), "--out", self.out()))  # a run with another name may use the folder
         running.terminate()
         self.assertEqual(1, running.wait(60))
         self.assertEqual(["a.csv", "b.csv"], sorted(os.listdir(self.out())))
@@ -46,7 +46,7 @@ class OneFolder(FirstHour):
         self.assertEqual("time", rows[0][:4])
         times = [float(row.split(",")[0]) for row in rows[1:]]
         self.assertEqual([round(0.01 * n, 4) for n in range(len(times))], times)
-        self.expect(0, lagless("run", self.scenario(), "--force", "--out", self.out()))  # no reason is left that would stop it
+        self.expect(0, lagless("run", self.scenario(), "--force", "--out", self.out()))  # nothing prevents this run any more
 
     def test_a_killed_run_does_not_block_the_next(self):
         running = self.under_way("run", self.scenario(duration="3600 s"), "--every", "100")
@@ -118,7 +118,7 @@ class Output(FirstHour):
 
 
 class Report(FirstHour):
-    """(d) A figure of the report does not replace the report."""
+    """(d) `lagless paper` with one figure does not overwrite the whole report."""
 
     def test_a_report_with_other_figures_is_not_replaced(self):
         os.makedirs(self.out() + "/data")
@@ -132,7 +132,7 @@ class Report(FirstHour):
 
 
 class Names(FirstHour):
-    """(h) One name for the number of periods per sample; stdin; what --set can change."""
+    """(h) One name for the number of periods per sample; input from stdin; the settings that --set can change."""
 
     def test_every_means_the_same_in_each_place(self):
         times = []
@@ -179,7 +179,7 @@ class Names(FirstHour):
 
 
 class Measures(FirstHour):
-    """(k) A number without a limit, samples in JSON, units in its keys."""
+    """(k) A number without a limit, samples in JSON, units in the keys of JSON."""
 
     MEASURE = '[[measure]]\nname = "how high"\nsignal = "true_omega_m"\nstatistic = "max"\nfrom = "0.15 s"\n'
 
@@ -192,7 +192,7 @@ class Measures(FirstHour):
         self.assertEqual(["name", "signal", "minus", "statistic", "unit", "from_s", "to_s", "value", "verdict"], list(measure))
         self.assertEqual(("measured", "rad/s"), (measure["verdict"], measure["unit"]))
         self.assertAlmostEqual(float(rpm) * 3.14159265 / 30, measure["value"], places=3)
-        # only the end of the run fails: `on` is refused, and no expectation names that
+        # Only the end of the run fails: `enable` is refused, and no expectation names that.
         self.expect(1, lagless("run", path, "--set", "plant.dc_voltage=150"), "measured ", "end of the run: the drive refuses `enable` with ")
         self.assertEqual("", lagless("run", path, "--quiet").stdout)
 
@@ -214,7 +214,7 @@ class Measures(FirstHour):
 
 
 class Tables(FirstHour):
-    """(j) What is listed is complete, and is in columns."""
+    """(j) Lists are complete and printed in columns."""
 
     def test_columns_begin_where_they_begin_in_every_line(self):
         for command, pattern in ((["explain"], r"^ *\d+ +\w+ +(?=\S)"), (["scenarios"], r"^\w+ +[\d.]+ s +(?=\S)"),
@@ -237,10 +237,11 @@ class Tables(FirstHour):
 
 
 class Documents(FirstHour):
-    """(e) Lines of the documents work right after the steps above them; (j), (k) their statements on CSV, JSON and exit codes hold."""
+    """(e) The command lines in the documents work after the steps before them; (j), (k) the statements of the documents on CSV, JSON and
+    exit codes are true."""
 
     def blocks(self):
-        """Indented blocks of the documents, with the lines above them in that document."""
+        """The indented blocks of the documents, with the lines above them."""
         for folder, _, names in os.walk(os.path.join(ROOT, "docs")):
             for name in sorted(names) + (["../README.md"] if folder.endswith("docs") else []):
                 if name.endswith(".md"):
@@ -292,7 +293,7 @@ class Documents(FirstHour):
             file.write('# a comment, with "quotes" # and more\n')
         self.expect(0, lagless("run", path, "--out", self.out(), "--record", "i_q,state,plant.inertia"))
         with open(self.out() + "/a.csv") as file:
-            lines = [line.partition("#")[0].rstrip("\n") for line in file]  # what comment="#" leaves
+            lines = [line.partition("#")[0].rstrip("\n") for line in file]  # the lines that a reader with comment="#" gets
         lines = [line.split(",") for line in lines if line]
         self.assertEqual(["time[s]", "i_q[A]", "state[-]", "inertia[kg m^2]"], lines[0])
         self.assertEqual(2000, len([[float(number) for number in line] for line in lines[1:] if len(line) == 4]))
@@ -303,7 +304,7 @@ class Documents(FirstHour):
         self.assertEqual((2000, 4), pandas.read_csv(self.out() + "/a.csv", comment="#").shape)
 
     def numbers(self, value, key=""):
-        """Keys of the numbers in it; of tables by name none."""
+        """The keys of all numbers in this value; tables with names as keys are left out."""
         if isinstance(value, dict):
             for name, inner in value.items():
                 yield from self.numbers(inner, name) if name not in ("invariants", "reasons", "refusals", "values") or isinstance(inner, list) else ()
@@ -326,12 +327,12 @@ class Documents(FirstHour):
 
 
 class Progress(FirstHour):
-    """A bar with the time left on a terminal, nothing in a pipe."""
+    """A progress bar with the time left appears on a terminal, and nothing in a pipe."""
 
     BAR = re.compile(rb"\r\[#*\.*\] +\d+ %  (\d+ min )?\d+ s left")
 
     def seen(self, arguments, enough, environment=None):
-        """The text that it wrote on a terminal until the required text was there, or it ended."""
+        """The text that the program wrote to a terminal until the required text appeared or the program ended."""
         master, slave = os.openpty()
         running = subprocess.Popen([LAGLESS, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=slave, cwd=self.folder,
                                    env={**os.environ, **(environment or {})})
@@ -374,7 +375,7 @@ class Progress(FirstHour):
 
 
 class Json(FirstHour):
-    """(k) With --json an error is JSON too."""
+    """(k) With --json an error is printed as JSON too."""
 
     def error(self, code, *arguments):
         done = lagless(*arguments, "--json")
@@ -401,7 +402,7 @@ class Json(FirstHour):
 
 
 class Manual(FirstHour):
-    """(i) The manual page explains every option, in the words of --help."""
+    """(i) The manual page explains every option in the words of --help."""
 
     def test_every_option_of_every_command_is_in_the_manual_with_its_text(self):
         page = lagless("man").stdout.replace("\\-", "-").replace("\\fB", "").replace("\\fI", "").replace("\\fR", "")

@@ -1,4 +1,5 @@
-"""One rule for every command that writes: never an input, an existing file only with --force.
+"""One rule holds for every command that writes files: it never overwrites an input, and it overwrites an existing file only with --force.
+
 usage: test_overwrite.py LAGLESS FOLDER"""
 
 import os
@@ -22,7 +23,7 @@ class Overwrite(TestCase):
         return os.path.join(self.folder, name)
 
     def keeps(self, name, code, *arguments, fragments=(), **settings):
-        """Checks that a command does not change this file, and names it."""
+        """Checks that a command does not change this file and names it in its message."""
         before = self.read(name)
         done = lagless(*arguments, **settings)
         self.expect(code, done, name, *fragments)
@@ -42,7 +43,7 @@ class Overwrite(TestCase):
             self.assertEqual(MOTOR, self.read("m.toml"))
 
     def test_files_that_a_command_reads_by_the_way_are_inputs(self):
-        """A scenario's motor, to which the name of the recording is a link; input from stdin; a recording that
+        """Further inputs are the motor file of a scenario, also if the name of the recording is a link to it; stdin; and a recording that
         is compared."""
         self.write("m.toml", MOTOR)
         scenario = self.write("s.toml", 'schema = 1\ntitle = "x"\n[run]\nduration = "1 ms"\n[motor]\nfile = "m.toml"\n')

@@ -1,4 +1,5 @@
-"""Verdicts that concern the user's own motor: matrix, map and campaign around a scenario; and files given for one another.
+"""Verdicts for the user's own motor: matrix, map and campaign around a scenario; and files that are given in place of another kind.
+
 usage: test_own_motor.py LAGLESS FOLDER"""
 
 import importlib.util
@@ -11,7 +12,7 @@ import unittest
 
 from command_line import TestCase, lagless
 
-# A servo of 1.27 N m: the brake of the paper's rig, 3 N m, is more than twice its rated torque.
+# A servo motor of 1.27 N m: the brake of the paper's rig, 3 N m, is more than twice its rated torque.
 SERVO = """pole_pairs = 5
 resistance_line = "5.6 ohm"
 inductance_line = "17 mH"
@@ -23,7 +24,7 @@ inertia = "0.28 kg cm^2"
 load_inertia = "2 kg cm^2"
 link_voltage = "311 V"
 """
-# A motor with more than 14 N m: the overload of the paper's rig is not an overload for it.
+# A motor of more than 14 N m, for which the overload of the paper's rig is no overload.
 LARGE = """pole_pairs = 3
 resistance = "0.35 ohm"
 inductance = "4.1 mH"
@@ -33,7 +34,7 @@ inertia = "48 kg cm^2"
 load_inertia = "150 kg cm^2"
 link_voltage = "311 V"
 """
-# 48 V: the low link voltage of the paper's rig, 150 V, is far beyond the trip of this one.
+# A 48 V motor: the low link voltage of the paper's rig, 150 V, is far above its overvoltage trip.
 HUB = """pole_pairs = 15
 resistance_line = "0.13 ohm"
 inductance_line = "0.25 mH"
@@ -71,7 +72,7 @@ class OwnMotor(TestCase):
             self.assertNotEqual("rides", self.cell(path, "overload", at)[1]["seen"]["reaction"])
 
     def test_a_link_is_high_low_or_sags_by_its_own_trips(self):
-        path, at = self.tuned(HUB), 5  # [s] while it still gains speed: its scenario takes 22 s
+        path, at = self.tuned(HUB), 5  # [s] in which it is still accelerating; its scenario takes 22 s
         for fault, reason in (("dc_high", "dc_overvoltage"), ("dc_low", "dc_undervoltage")):
             _, cell = self.cell(path, fault, at)
             self.assertEqual(reason, cell["seen"]["reason"], cell)
@@ -79,7 +80,7 @@ class OwnMotor(TestCase):
         self.assertNotIn(cell["seen"]["reason"], ("dc_overvoltage", "dc_undervoltage"), cell)
 
     def test_numbers_have_no_exponent_and_few_digits(self):
-        """A fault after 7.8 s; ripples and inductances of a motor with little of both."""
+        """A fault after 7.8 s, and a motor with a small ripple and a small inductance."""
         path = self.tuned(HUB.replace("7 A", "16 A"))
         told = lagless("tune", os.path.join(self.folder, "motor.toml")).stderr
         for fault in ("jam", "motor_hot"):
@@ -89,7 +90,8 @@ class OwnMotor(TestCase):
         self.assertNotRegex(told, r"\de[+-]\d|\d\.\d{4}")
 
     def test_learning_does_not_disturb_a_motor_whose_test_signal_is_too_small(self):
-        """0.125 mH at 300 r/min: the EMF of the dither is below the errors of the dead time. At most 2 mrad more, as in the campaign."""
+        """With 0.125 mH at 300 r/min the EMF of the dither is smaller than the errors of the dead time. Learning may add at most 2 mrad, the
+        limit of the campaign."""
         sheet = self.write("motor.toml", HUB.replace("7 A", "16 A"))
         text = f"""schema = 1
 title = "hub"

@@ -1,9 +1,10 @@
-"""A campaign finds a bug that was planted: one sign of catch turned. usage: test_planted.py LAGLESS PLANTED FOLDER
+"""A campaign finds a planted defect: one sign of the catch is inverted.
 
-It must violate an invariant within 120 runs of one seed, 60 of another, or 200 of a third, and the small
-scenario that is written must break it with the
-planted program and hold with the right one: then it is about that sign and nothing else. The runs are made a twelfth at a time, until there is
-such a scenario: minimising the others takes most of the time."""
+usage: test_planted.py LAGLESS PLANTED FOLDER
+
+The planted program must violate an invariant within 120 runs of one seed, 60 runs of another, or 200 of a third. The minimised scenario
+that the campaign writes must fail with the planted program and pass with the right one, which shows that it depends on that sign alone.
+The runs are made in twelfths until such a scenario exists, because minimising the other violations takes most of the time."""
 
 import glob
 import itertools
@@ -14,8 +15,8 @@ import sys
 import tomllib
 
 CAMPAIGNS = (("120", "4"), ("60", "5"), ("200", "2"))  # runs, seed
-EVENTS_MOST = 3  # switched on, requested a speed, and one more
-ROWS_MOST = 40   # set in a scenario that was minimised
+EVENTS_MOST = 3  # turning on, a requested speed, and one more event
+ROWS_MOST = 40   # settings of a minimised scenario
 SHARDS = 12
 
 
@@ -24,7 +25,7 @@ def rows(scenario):
 
 
 def found_by(lagless, planted, folder, runs, seed, shard):
-    """The scenarios whose results differ between the program with the planted defect and the right one: events, rows, path."""
+    """The scenarios whose results differ between the program with the planted defect and the right one, as (events, settings, path)."""
     shutil.rmtree(folder, ignore_errors=True)
     subprocess.run([planted, "campaign", "--runs", runs, "--seed", seed, "--shard", f"{shard}/{SHARDS}", "--out", folder])
     for path in sorted(glob.glob(os.path.join(folder, "run-*.toml"))):
@@ -42,10 +43,10 @@ def main(lagless, planted, folder):
         found += found_by(lagless, planted, folder, runs, seed, shard)
         events, most, path = min(found, default=(EVENTS_MOST + 1, 0, ""))
         if events <= EVENTS_MOST and most <= ROWS_MOST:
-            print(f"{len(found)} scenarios are about the planted bug; the smallest, {path}: {events} events, {most} rows")
+            print(f"{len(found)} scenarios depend on the planted defect; the smallest, {path}: {events} events, {most} rows")
             return
     assert found, "no scenario tells the planted program from the right one"
-    sys.exit(f"none was made small: {found}")
+    sys.exit(f"none was minimised: {found}")
 
 
 main(*sys.argv[1:])

@@ -1,5 +1,7 @@
-"""`lagless replay`: a fault of a drive at the serial line of the virtual chip, saved by `connect` and replayed in a new
-process; and files that do not belong to this program. usage: test_replay.py LAGLESS FOLDER"""
+"""`lagless replay`: a drive at the serial line of the virtual chip has a fault; `connect` saves its record, and a new process replays it.
+Files that do not belong to this program are refused.
+
+usage: test_replay.py LAGLESS FOLDER"""
 
 import csv
 import json
@@ -10,7 +12,7 @@ import unittest
 import command_line
 from command_line import lagless
 
-# The drive is sensorless and learns the inductance when a wire breaks: the tuning changes within the record.
+# The drive has no encoder and learns the inductance when a wire breaks, so that the tuning changes within the record.
 LEARNS = """schema = 1
 title = "Learns"
 [run]
@@ -60,14 +62,14 @@ def check_of(text):
 
 
 def sealed(text):
-    """A changed file with the check of its new content."""
+    """The text of a changed file with the checksum of its new content."""
     body = text[:text.rindex("check ")]
     return body + f"check {check_of(body)}\n"
 
 
 class Replay(command_line.TestCase):
     def saved(self, scenario):
-        """The file of a fault, saved over the serial line, and the report of the drive about that fault."""
+        """The file of a fault that was saved over the serial line, and what the drive reported about that fault."""
         path = os.path.join(self.folder, "field.replay")
         _, target = self.serve(self.write("field.toml", scenario), "--quiet", "--serial", place=r"(\S+)")
         done = self.expect(0, lagless("connect", target, "--json", timeout=120, input="\n".join([
@@ -102,10 +104,10 @@ class Replay(command_line.TestCase):
         path, *said = self.saved(LEARNS)
         self.assertEqual(self.is_same((path, *said))["replayed"]["reason"], "phase_loss")
         self.replayed(path, "--out", self.folder)
-        self.assertGreater(float(self.rows("field_replay.csv")[0]["inductance_hat[H]"]), 13e-3)  # the parameter: 12.5 mH
+        self.assertGreater(float(self.rows("field_replay.csv")[0]["inductance_hat[H]"]), 13e-3)  # larger than the parameter, 12.5 mH
 
     def test_tuning_that_the_drive_has_learnt_just_before(self):
-        """A fault at several times: a new tuning is at most every 10 ms, and each record has the last 4.6 ms at least."""
+        """Faults at several times: the tuning changes every 10 ms at most, and each record contains at least the last 4.6 ms."""
         tunings = []
         for time in ("2.204", "2.208", "2.212", "2.216", "2.220"):
             seen = self.replayed(self.run_to_fault(LEARNS.replace("2.144 s", f"{time} s")))
@@ -135,7 +137,7 @@ class Replay(command_line.TestCase):
     def test_text_says_what_happened_and_what_to_do(self):
         done = self.expect(0, lagless("replay", self.run_to_fault(SAG)), "bit for bit, in all", "dc_undervoltage in period",
                            "what happened:", "what to do:")
-        self.assertIn(lagless("--version").stdout.split()[1] + ",", done.stdout)  # firmware and program have one version
+        self.assertIn(lagless("--version").stdout.split()[1] + ",", done.stdout)  # the firmware has the version of the program
 
     def test_a_changed_sample_gives_other_duties(self):
         path = self.run_to_fault(SAG)
@@ -143,8 +145,8 @@ class Replay(command_line.TestCase):
         lines = text.splitlines(keepends=True)
         first = next(n for n, line in enumerate(lines) if line.startswith("slots ")) + 1
         slots = "".join(lines[first:-1]).split()
-        at = 20 + 4 * 100  # the head, and 100 periods before
-        slots[at] = f"{int(slots[at], 16) ^ 0x40:08x}"  # sensor a, 64 codes
+        at = 20 + 4 * 100  # after the head, and 100 periods later
+        slots[at] = f"{int(slots[at], 16) ^ 0x40:08x}"  # changes a value of sensor a by 64 codes
         body = "\n".join(" ".join(slots[n:n + 8]) for n in range(0, len(slots), 8)) + "\n"
         self.write("run.replay", sealed("".join(lines[:first]) + body + lines[-1]))
         self.expect(1, lagless("replay", path), "DIFFERENT   duties or gates from period")

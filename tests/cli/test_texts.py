@@ -1,5 +1,5 @@
-"""Texts of the program for other programs: dumps of printable ASCII, values as they were given, one version in
-one place.
+"""Texts that other programs read: dumps in printable ASCII, values as they were given, and one version number from one place.
+
 usage: test_texts.py LAGLESS FOLDER"""
 
 import os
@@ -10,7 +10,7 @@ from command_line import ROOT, TestCase, document, lagless
 
 
 class Dump(TestCase):
-    """VCD (IEEE 1364) is printable ASCII."""
+    """A VCD file (IEEE 1364) consists of printable ASCII."""
 
     HEAD = 'schema = 1\ntitle = "%s"\n[run]\nduration = "1 ms"\n'
 
@@ -52,7 +52,7 @@ class Values(TestCase):
 
 
     def test_a_row_has_both_its_names_wherever_it_is_set(self):
-        """With its table or without."""
+        """A name is accepted with its table and without it."""
         event = '[[at]]\ntime = "0.1 s"\n%s = 5\n'
         for row in ("speed_request", "requests.speed_request"):
             self.expect(0, lagless("run", self.scenario(event % row), "--set", row + "=3"))
@@ -80,7 +80,7 @@ class Reasons(TestCase):
 
 
 class Pages(TestCase):
-    """A number has the same value on all pages that give it."""
+    """A number has the same value on all pages that show it."""
 
     def test_the_largest_angle_of_a_period_is_that_of_tune(self):
         most = float(re.search(r"#define TURN_GOOD +([\d.]+)", document("host_sim/lab/tune.c"))[1])
@@ -103,7 +103,7 @@ class Pages(TestCase):
 
 
 class Version(TestCase):
-    """CMake's project() has the version; all other places have the same."""
+    """CMake's project() defines the version, and all other places have the same."""
 
     def test_every_place_has_the_version_of_the_project(self):
         version = re.search(r"project\(lagless VERSION ([\d.]+)", document("CMakeLists.txt"))[1]

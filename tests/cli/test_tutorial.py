@@ -1,5 +1,7 @@
-"""docs/first_hour.md, step by step: its files are written, its commands run in their order in one folder, and each line that it shows of an
-output is printed: words exactly, numbers to a tenth, since times and noise change. usage: test_tutorial.py LAGLESS FOLDER"""
+"""docs/first_hour.md, step by step. The files of the page are written and its commands run in their order in one folder. Each line of
+output that the page shows must be printed: the words exactly, the numbers within a tenth, since times and noise change.
+
+usage: test_tutorial.py LAGLESS FOLDER"""
 
 import importlib.util
 import re
@@ -21,7 +23,7 @@ def blocks():
 
 
 def same(shown, printed):
-    """A line with the same words, and numbers that agree to a tenth or to 0.01."""
+    """Two lines are the same if the words are equal and the numbers agree within a tenth or within 0.01."""
     shown, printed = TIMES.sub("", shown), TIMES.sub("", printed)
     if NUMBER.sub("#", shown) != NUMBER.sub("#", printed):
         return False
@@ -36,7 +38,7 @@ class Tutorial(TestCase):
                 self.assertTrue(any(same(line, one) for one in printed.splitlines()), f"{command}\nshows   {line}\nprinted\n{printed}")
 
     def run_live(self, command, shown):
-        """Serve and scope run until they are stopped; ports and the token of the page are those that they choose."""
+        """Runs `serve` and `scope` until they are stopped, with the ports and the token that they choose."""
         if command[0] == "serve":
             _, self.target = self.serve(*[f"{self.folder}/{word}" if word.endswith(".toml") else word for word in command[1:]], "--port", "0")
             self.assertEqual("listening on 127.0.0.1:5555", shown)

@@ -1,5 +1,7 @@
-"""The verdict on the end of a run: a run with a fault or a lasting refusal at its end fails, unless an expectation names that end. A drive
-that was never on is reported, and expectations that are met only for this reason fail. usage: test_unexpected_end.py LAGLESS FOLDER"""
+"""The verdict on the end of a run: a run that ends with a fault or a lasting refusal fails, unless an expectation names that end. A drive
+that was never on is reported, and an expectation that is met only for this reason fails.
+
+usage: test_unexpected_end.py LAGLESS FOLDER"""
 
 import json
 import os
@@ -13,12 +15,12 @@ def at(time, setting):
 
 
 def last(signal, at_least, at_most, more=""):
-    """Numbers or texts."""
+    """An expectation for the last value, with limits given as numbers or texts."""
     return f'[[expect]]\nsignal = "{signal}"\nstatistic = "last"\nat_least = {at_least}\nat_most = {at_most}\n{more}'
 
 
 def back(begin):
-    """Speed and reference are both 0 while the drive is off: an expectation that a drive which is off meets."""
+    """Speed and reference are both 0 while the drive is off, so that a drive that is off meets this expectation."""
     return ('[[expect]]\nname = "speed comes back"\nsignal = "true_omega_m"\nminus = "omega_m_ref"\nstatistic = "peak"\n'
             f'from = "{begin}"\nat_most = "20 r/min"\n')
 
@@ -34,39 +36,39 @@ STATE = last("state", '"ready"', '"operation_enabled"')
 UNNAMED = "which no expectation names"
 NEVER_ON = "\nnever on: the DC link is below dc_undervoltage; check supply and precharge\n"
 
-# Tables of the scenario, its duration, the exit code, what is printed; 0: and no line of an unnamed end.
+# Tables of the scenario, its duration, the exit code and the output; with code 0 no line may report an unnamed end.
 ENDS = (
-    # D1 of the first-hour trial: the example of docs/scenarios.md with a link of 100 V
+    # The example of docs/scenarios.md with a link of 100 V.
     (SAG + back("1.9 s"), "2 s", 1, "FAILED      end of the run: fault dc_undervoltage at 0.5010 s, " + UNNAMED, "met         speed comes back"),
     (at("0.5 s", "rig.brake_torque = 1000") + back("3.9 s"), "4 s", 1, "fault ", UNNAMED),
     (at("0.5 s", "plant.motor_temperature = 140") + back("1.9 s"), "2 s", 1, "fault motor_hot at", UNNAMED),
     (SAG, "2 s", 1, UNNAMED),
     (SAG + at("1 s", 'requests.enable = "off"') + back("1.9 s"), "2 s", 1, UNNAMED),
-    # refusals
+    # The run ends with a refusal.
     (REFUSED + back("1.9 s"), "2 s", 1, "end of the run: the drive refuses `enable` with dc_undervoltage", UNNAMED),
-    ("", "20 ms", 0, "end state "),  # no time to come on
+    ("", "20 ms", 0, "end state "),  # too short for the drive to turn on
     (OFF + at("0.5 s", 'requests.enable = "on"'), "0.505 s", 0, "end state "),
-    # named by the reason, by the state
+    # An expectation names the end, by the reason or by the state.
     (SAG + last("fault_reason", 20, 30), "2 s", 0),
-    (SAG + last("fault_reason", 0, 30), "2 s", 1, UNNAMED),  # it would be met without a fault, too
+    (SAG + last("fault_reason", 0, 30), "2 s", 1, UNNAMED),  # a run without a fault would meet this expectation too
     (SAG + last("fault_reason", 22, 22), "2 s", 1, UNNAMED),
     (SAG + last("state", '"fault"', '"fault"'), "2 s", 0, "end state fault, fault dc_undervoltage at 0.5010 s"),
     (SAG + last("state", '"operation_enabled"', '"fault"'), "2 s", 1, UNNAMED),
-    # a fault after the expected time is not named
+    # A fault after the window of the expectation is not named by it.
     (SAG + last("fault_reason", 1, 90, 'to = "0.4 s"\n'), "2 s", 1, UNNAMED),
     (SAG + RESET + AGAIN + last("fault_reason", 23, 23, 'to = "0.8 s"\n'), "2 s", 0),
     (SAG + RESET + AGAIN + last("fault_reason", 23, 23, 'to = "0.8 s"\n') + at("1.6 s", "plant.dc_voltage = 100"), "2 s", 1, UNNAMED),
-    # a refusal
+    # An expectation names the refusal.
     (REFUSED + last("refusal", 23, 23), "2 s", 0),
     (REFUSED + last("state", '"ready"', '"ready"'), "2 s", 0),
     (REFUSED + last("state", '"ready"', '"operation_enabled"'), "2 s", 1, UNNAMED),
     (REFUSED + last("refusal", 23, 23, 'to = "1.5 s"\n'), "2 s", 1, UNNAMED),
-    # a drive that is never on: expectations that are met only for this reason fail
+    # A drive that is never on: expectations that are met only for this reason fail.
     (HOLDS + STATE, "0.2 s", 0, "met", "end state operation_enabled\n"),
     (DEAD + HOLDS + STATE, "0.2 s", 1, NEVER_ON, "FAILED", "at most 1000 r/min; the drive never came on\n", "met         last of state", UNNAMED),
-    (DEAD + HOLDS + at("0.15 s", 'requests.enable = "off"'), "0.2 s", 1, "never on"),  # also if it is not commanded on at the end
+    (DEAD + HOLDS + at("0.15 s", 'requests.enable = "off"'), "0.2 s", 1, "never on"),  # also if the last command is off
     (DEAD + HOLDS + 'needs_drive = "no"\n', "0.2 s", 0, "never on: "),
-    (SAG + back("1.9 s") + 'needs_drive = "no"\n', "2 s", 1, UNNAMED),  # that was on
+    (SAG + back("1.9 s") + 'needs_drive = "no"\n', "2 s", 1, UNNAMED),  # a drive that was on
     (HOLDS + 'needs_drive = "perhaps"\n', "0.2 s", 2, "needs_drive", "accepted: yes, no"),
     (HOLDS + at("0.15 s", "plant.dc_voltage = 450"), "0.2 s", 1, "not on: ", "met         speed comes back"),
 )

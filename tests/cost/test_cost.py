@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Tests of tools/cost, whose sums are compared with tools/target/cost.json in each check: the cost of a load, a
-store and a constant of the M4F on a C28x. Expected by the C28x's addressing modes: *+XARn[3 bits], *-SP[6
-bits], *XARn++, *+XARn[AR0] after a load of AR0; MOVIZ and MOVXI; MOVL XARn with 22 bits."""
+"""Tests of tools/cost: the cost of a load, a store and a constant of the M4F on a C28x. (tools/check compares its sums with
+tools/target/cost.json.) The expected values follow from the addressing modes of the C28x: *+XARn[3 bits], *-SP[6 bits], *XARn++,
+*+XARn[AR0] after a load of AR0; MOVIZ and MOVXI; MOVL XARn with 22 bits."""
 import contextlib
 import io
 import json
@@ -16,13 +16,13 @@ import tool  # noqa: E402
 cost = tool.load("cost")
 
 IN_REACH = (1, 1, 1)
-BEYOND = (1.5, 1.95, 2)  # and the index register that is loaded before: half the time, 19 times of 20, each time
+BEYOND = (1.5, 1.95, 2)  # with the load of the index register before it: in half of the cases, in 19 of 20, in all
 BY_INDEX = (2, 4, 6)
 
-ACCESSES = [  # a line as QEMU writes it, and the cycles of each word that it moves
+ACCESSES = [  # a line as QEMU writes it, and the cycles of each word that it transfers
     ("vldr     s15, [r0]", [IN_REACH]),
     ("vldr     s15, [r0, #4]", [IN_REACH]),
-    ("vldr     s15, [r0, #0xc]", [IN_REACH]),  # words 6 and 7: the last float that 3 bits reach
+    ("vldr     s15, [r0, #0xc]", [IN_REACH]),  # words 6 and 7: the last float that 3 bits can address
     ("vldr     s15, [r0, #0x10]", [BEYOND]),  # word 8
     ("vstr     s15, [r4, #0x3ac]", [BEYOND]),
     ("ldr      r3, [r1, #0xc]", [IN_REACH]),
@@ -30,13 +30,13 @@ ACCESSES = [  # a line as QEMU writes it, and the cycles of each word that it mo
     ("str      r3, [r1, #0x10]", [BEYOND]),
     ("ldrb.w   fp, [r0, #0xf]", [IN_REACH]),
     ("ldrh     r2, [r0, #0x10]", [BEYOND]),
-    ("vldrle   s21, [r0, #0x80]", [BEYOND]),  # an instruction that an IT block skips takes its time, too
-    ("ldr      r3, [r0, #-0x4]", [BEYOND]),  # 3 bits without a sign
+    ("vldrle   s21, [r0, #0x80]", [BEYOND]),  # an instruction that an IT block skips takes its time too
+    ("ldr      r3, [r0, #-0x4]", [BEYOND]),  # the 3 bits have no sign
     ("ldrd     r0, r3, [r4, #8]", [IN_REACH, IN_REACH]),
     ("strd     r0, r3, [r4, #0xc]", [IN_REACH, BEYOND]),  # words 6 and 8
     ("strd     r0, r3, [r4, #0x3ac]", [BEYOND, BEYOND]),
     ("vldr     s0, [sp, #0x10]", [IN_REACH]),
-    ("str      r0, [sp, #0x7c]", [IN_REACH]),  # word 62: the last float that 6 bits reach
+    ("str      r0, [sp, #0x7c]", [IN_REACH]),  # word 62: the last float that 6 bits can address
     ("str      r0, [sp, #0x80]", [BEYOND]),  # word 64
     ("ldrd     r0, r1, [sp, #0x7c]", [IN_REACH, BEYOND]),
     ("push.w   {r4, r5, r6, lr}", [IN_REACH] * 4),  # *SP++
@@ -44,17 +44,17 @@ ACCESSES = [  # a line as QEMU writes it, and the cycles of each word that it mo
     ("ldm      r3, {r0, r1, r2, r3}", [IN_REACH] * 4),  # *XARn++
     ("stmdb    r4, {r2, r3}", [IN_REACH] * 2),
     ("ldr      r0, [r1], #4", [IN_REACH]),
-    ("str      r3, [r2, #0x40]!", [IN_REACH]),  # the pointer moves by itself
+    ("str      r3, [r2, #0x40]!", [IN_REACH]),  # the instruction changes the pointer
     ("ldr.w    r3, [r2, r3, lsl #2]", [BY_INDEX]),
     ("ldrh.w   r0, [r0, r1, lsl #1]", [BY_INDEX]),
 ]
-CONSTANTS = [  # a line, the text beside the code, the cycles
-    ("vldr     s10, [pc, #0x35c]", 0x3F000000, (1, 1, 1)),  # 0.5: MOVIZ alone
+CONSTANTS = [  # a line, the constant after the code, the cycles
+    ("vldr     s10, [pc, #0x35c]", 0x3F000000, (1, 1, 1)),  # 0.5 needs MOVIZ alone
     ("vldr     s10, [pc, #0x35c]", 0xC0490000, (1, 1, 1)),
-    ("vldr     s10, [pc, #0x35c]", 0x40490FDA, (2, 2, 2)),  # pi: MOVIZ and MOVXI
+    ("vldr     s10, [pc, #0x35c]", 0x40490FDA, (2, 2, 2)),  # pi needs MOVIZ and MOVXI
     ("vldr     s10, [pc, #0x35c]", 0x3F808000, (2, 2, 2)),
     ("vldrle   s10, [pc, #0x35c]", 0x00000001, (2, 2, 2)),
-    ("ldr      r5, [pc, #0x2d0]", 0x003FFFFF, (1, 1, 1)),  # 22 bits, MOVL
+    ("ldr      r5, [pc, #0x2d0]", 0x003FFFFF, (1, 1, 1)),  # 22 bits fit MOVL
     ("ldr      r5, [pc, #0x2d0]", 0x00400000, (2, 2, 2)),
     ("ldr      r5, [pc, #0x2d0]", 0xFFFFFFFF, (2, 2, 2)),
 ]
@@ -78,7 +78,7 @@ def weights(line, literals=()):
 
 
 def refusal(action, *arguments):
-    """Exit code and message of the cases that must stop."""
+    """The exit code and the message of a case that must stop."""
     message = io.StringIO()
     with contextlib.redirect_stderr(message):
         try:
@@ -110,7 +110,7 @@ class Model(unittest.TestCase):
                 self.assertEqual(cost.classify(*line.split(maxsplit=1))[1], expected)
 
     def test_block_counts_each_access_and_takes_constants_from_beside_the_code(self):
-        # At 0x1002 the program counter reads 0x1006, and counts from 0x1004 for a constant.
+        # At 0x1002 the program counter reads 0x1006; a constant is addressed from 0x1004.
         asked = []
 
         def word(address):
@@ -130,8 +130,7 @@ class Model(unittest.TestCase):
 
 
 def entered(*blocks):
-    """The output of QEMU: a listing of each block, and a text of those that are entered. A block is its address
-    and its lines."""
+    """The output of QEMU: a listing of each block, and a line for each block that is entered. A block is an address and its code."""
     lines, numbers, text = [], {}, ""
     for address, listing in blocks:
         if address not in numbers:
@@ -142,7 +141,7 @@ def entered(*blocks):
 
 
 class Entered(unittest.TestCase):
-    """The result for the blocks that QEMU has entered."""
+    """The sum over the blocks that QEMU has entered."""
 
     STEP, INNER, OTHER = 0x100, 0x200, 0x300
 
@@ -154,7 +153,7 @@ class Entered(unittest.TestCase):
         call = (self.STEP, ["nop      ", "bl       #0x200"])
         inner = (self.INNER, ["nop      ", "nop      ", "bx       lr"])
         rest = (self.STEP + 8, ["bx       lr"])
-        beside = (self.OTHER, ["nop      "] * 9 + ["bx       lr"])  # called by the replay itself
+        beside = (self.OTHER, ["nop      "] * 9 + ["bx       lr"])  # a function that the replay itself calls
         interrupts = self.trace(call, inner, rest, beside, beside, call, inner, rest)
         self.assertEqual([i.count for i in interrupts], [6, 6])
         self.assertEqual(interrupts[0].calls, {"drive_step": 6, "inner": 3})
@@ -173,7 +172,7 @@ class Tree(unittest.TestCase):
 
     def test_budget_is_a_carrier_period_of_the_board(self):
         text = (cost.ROOT / cost.BOARD).read_text()
-        for hertz, expected in ((10000, 15000), (5000, 30000), (20000, 7500)):  # of 150 MHz
+        for hertz, expected in ((10000, 15000), (5000, 30000), (20000, 7500)):  # [Hz], [cycles] of the 150 MHz clock
             self.file.write_text(text.replace("BOARD_CARRIER_HZ 10000", f"BOARD_CARRIER_HZ {hertz}"))
             self.assertEqual(cost.period_cycles(self.file), expected)
 
@@ -183,7 +182,7 @@ class Tree(unittest.TestCase):
         self.assertEqual(shown, cost.readme_table(committed, cost.period_cycles()))
 
     def test_longest_interrupt_may_take_half_of_a_period_of_a_c28x(self):
-        self.assertEqual(cost.limits_of()["isr_cycles_c28x_most"], 7500)  # of 15000 at 10 kHz
+        self.assertEqual(cost.limits_of()["isr_cycles_c28x_most"], 7500)  # half of the 15000 cycles at 10 kHz
 
     def test_a_board_without_a_carrier_is_named(self):
         self.file.write_text("#define BOARD_NAME \"nothing\"\n")
@@ -194,14 +193,14 @@ class Tree(unittest.TestCase):
 
 
 class Words(unittest.TestCase):
-    """Words of a C28x, by SPRU430's and SPRUEO2's sizes and the rates that tools/target/c28x_words.py names."""
+    """The number of words of a C28x, with sizes by SPRU430 and SPRUEO2 and the rates that tools/target/c28x_words.py names."""
 
     def of(self, *lines, pool=""):
         text = "00000000 <f>:\n" + "".join(f"   {4 * n:x}:\t{code}\n" for n, code in enumerate(lines)) + pool
         return [round(words, 2) for words in cost.c28x_words.of_listing(text)["f"]]
 
     def test_a_float_operation_between_load_and_return(self):
-        # MOV32, ADDF32 with 0.2, 0.4 or 0.83 NOPs, LRETR
+        # MOV32, then ADDF32 with 0.2, 0.4 or 0.83 NOPs, then LRETR.
         self.assertEqual(self.of("ed90 0a00 \tvldr\ts0, [r0]", "ee30 0a20 \tvadd.f32\ts0, s0, s1", "4770      \tbx\tlr"),
                          [5.2, 5.4, 5.83])
 

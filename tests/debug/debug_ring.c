@@ -1,10 +1,11 @@
-/* The program for the debugger's tests: the ring with a fixed set-up, stepped one period at a time as a
- * scenario's run does it. Honours LAGLESS_STOP.
+/* The program for the tests of the debugger: the simulation with fixed settings, stepped by one period at a
+ * time as in the run of a scenario. It obeys LAGLESS_STOP.
  *
  * usage: debug_ring PERIODS [FAULT_PERIOD] [exact]
- * The drive is commanded to turn at 600 r/min from the start; 2 N m from period 4000 on; the power module
- * reports
- * a fault from FAULT_PERIOD on. exact: with ideal sensors, whose interrupt is another one. */
+ *
+ * The drive is commanded to turn at 600 r/min from the start, with a load of 2 N m from period 4000 on.
+ * The power module reports a fault from FAULT_PERIOD on. With `exact` the sensors are ideal, which use
+ * another interrupt function. */
 #include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>

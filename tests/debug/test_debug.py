@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The debugger's commands, in gdb sessions on debug_ring: going to periods and back, until-fault, why, registers, printers,
-wrong use; the front-end protocol as VS Code uses it, with the settings of .vscode/launch.json; and tools/debug.
+"""The debugger's commands, in gdb sessions on debug_ring: moving to a period forwards and backwards, until-fault, why,
+registers, printers, wrong use; the front-end protocol as VS Code uses it, with the settings of .vscode/launch.json; and tools/debug.
 
 usage: test_debug.py --root FOLDER --program DEBUG_RING
 Ends with 77 (skipped) where no gdb with Python can run a program."""
@@ -27,19 +27,19 @@ ROOT = OPTIONS.root.resolve()
 PROGRAM = OPTIONS.program.resolve()
 SCRIPT = ROOT / "tools" / "gdb" / "lagless.py"
 SKIPPED = 77
-SECONDS = 120  # a session that takes longer counts as hanging
+SECONDS = 120  # a session that takes longer is judged as hanging
 
-# Times of the drive [periods of 100 us]. Windows begin with period 0; at the end of each the medium task runs, and what it has
-# set acts from the end of the next on.
+# Times of the drive [periods of 100 us]. Windows begin with period 0. The medium task runs at the end of each window, and its setpoints act
+# from the end of the next window on.
 WINDOW = 8
-CALIBRATION = 64 + 512  # samples, the first is that of period 0
+CALIBRATION = 64 + 512  # number of samples; the first is that of period 0
 
 
 def end_of_window(period):
-    """The first period after the window that this one is in."""
+    """The first period after the window that contains this period."""
     return (period // WINDOW + 1) * WINDOW
 
-# LeakSanitizer cannot work under a debugger; the rest of the sanitizers can.
+# LeakSanitizer cannot work under a debugger; the other sanitizers can.
 ENVIRONMENT = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0", "LC_ALL": "C"}
 ENVIRONMENT.pop("LAGLESS_STOP", None)
 ENVIRONMENT.pop("DEBUGINFOD_URLS", None)
@@ -53,7 +53,7 @@ def run(line, **more):
 
 
 def why_not():
-    """The reason why no session is possible on this machine; "" if it is possible."""
+    """The reason why no session is possible on this machine; "" if one is possible."""
     if shutil.which("gdb") is None:
         return "no gdb"
     if "yes" not in run(["gdb", "-nx", "-q", "-batch", "-ex", "python print('y' + 'es')"]).stdout:
@@ -63,7 +63,8 @@ def why_not():
 
 
 class Gdb:
-    """One gdb for all sessions, which reads the program's symbols once; each session begins without a program and breakpoints."""
+    """One gdb for all sessions, which reads the symbols of the program once. Each session begins without a running program and without
+    breakpoints."""
 
     RESET = ("delete", "kill", "unset environment LAGLESS_STOP")
 
@@ -74,7 +75,7 @@ class Gdb:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=ENVIRONMENT)
 
     def told(self, commands):
-        """What each of them printed."""
+        """The output of each of these commands."""
         self.process.stdin.write("".join(f"echo @@@\\n\n{command}\n" for command in commands) + "echo @@@\\n\n")
         self.process.stdin.flush()
         parts = [[]]
@@ -97,7 +98,7 @@ shared = None
 
 
 def anew():
-    """The next session uses another gdb."""
+    """Makes the next session use another gdb."""
     global shared
     if shared:
         shared.end()
@@ -105,9 +106,9 @@ def anew():
 
 
 def session(*commands, arguments=("200000",)):
-    """gdb's commands on the program, not started yet; what each of them printed, in their order."""
+    """Runs gdb commands on the program, which is not started yet. Returns the output of each command in their order."""
     global shared
-    gdb, shared = shared or Gdb(), None  # one that hangs or ends is not used again
+    gdb, shared = shared or Gdb(), None  # a gdb that hangs or ends is not used again
     hanging = threading.Timer(SECONDS, gdb.end)
     hanging.start()
     try:
@@ -132,7 +133,8 @@ def place(text):
 
 
 def of_both_sensors(test):
-    """Also with the rig's sensors = exact the sample interrupt is the same; the call of the rig is between it and the drive's step."""
+    """Runs the test also with sensors = exact. The sample interrupt is the same then; a call of the simulation is between it and the
+    drive's step."""
 
     @functools.wraps(test)
     def both(self):
@@ -195,7 +197,7 @@ class FaultTest(unittest.TestCase):
         self.assertRegex(state, r"= 5$")
 
     def test_until_fault_finds_a_fault_of_the_step_itself(self):
-        # 10 mA as the trip limit: the very next sample of a motor under load is above it.
+        # The trip limit is set to 10 mA: the next sample of a motor under load is above it.
         _, _, text, where, why = session(
             "period 10000", "set variable app->drive.tunings[app->drive.in_force].fast.guard.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault",
             "where-time", "why", arguments=("30000",)
@@ -213,8 +215,8 @@ class FaultTest(unittest.TestCase):
         self.assertEqual(refused, "until-fault 3000: this is period 3000 already")
 
     def test_why_of_a_later_fault_names_it(self):
-        # The DC link is made to look too high after the trip: the next two samples open the row, and the medium task has it at
-        # the end of their window, which begins with period 2000.
+        # The voltage of the DC link is raised above the trip. The next two samples record the fault in the fast task, and the medium task
+        # reads it at the end of their window, which begins with period 2000.
         _, _, _, why = session(
             "until-fault", "set variable app->drive.tunings[app->drive.in_force].fast.guard.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "period 2010",
             "why", arguments=("30000", "2000"),
@@ -226,7 +228,7 @@ class FaultTest(unittest.TestCase):
     HISTORY = re.compile(r"(?m)^  the last (\d+) of (\d+) periods that the drive has kept:\n((?:    .*\n?)+)")
 
     def history(self, why):
-        """(shown, kept, {row: [(unit, value, ...)]}) of the table in the output of why; the first column is `period`."""
+        """The history in the output of why, as (shown, kept, {row: [(unit, value, ...)]}); the first column is `period`."""
         match = self.HISTORY.search(why)
         self.assertIsNotNone(match, why)
         names, units, *rows = match[3].splitlines()
@@ -248,7 +250,7 @@ class FaultTest(unittest.TestCase):
             "period state i_a i_b u_dc i_d i_q i_q_ref u_d u_q theta_e omega_e sample_flags".split(),
         )
         self.assertEqual([columns[name][0] for name in ("i_a", "u_dc", "theta_e", "omega_e")], ["A", "V", "rad", "rad/s"])
-        # The rig's period 10000 is the drive's 10001st: the fault's own, and the last row.
+        # Period 10000 of the simulation is the drive's 10001st. This is the period of the fault, and the last row.
         self.assertEqual(columns["period"][1], [str(n) for n in range(9994, 10002)])
         self.assertEqual(columns["state"][1], ["operation_enabled"] * 7 + ["fault"])
         self.assertAlmostEqual(float(columns["i_b"][1][-2]), float(before.split("=")[1]), delta=1e-4)
@@ -256,7 +258,7 @@ class FaultTest(unittest.TestCase):
         self.assertNotEqual(columns["i_b"][1][-2], columns["i_b"][1][-1])
 
     def test_why_names_a_warning_that_holds(self):
-        # From 0.1 s after the heat sink, at 40 degC, has come above it.
+        # The fault comes 0.1 s after the heat sink, at 40 degC, has exceeded the limit.
         _, _, _, before, _, why, drive = session(
             "period 8000", "set variable app->drive.tunings[app->drive.in_force].medium.guard.limit[FAULT_LIMIT_SINK_WARM] = 30.0f", "period 8999", "why",
             "period 9017", "why", "drive",
@@ -276,19 +278,19 @@ class FaultTest(unittest.TestCase):
         self.assertEqual(good, "nothing is wrong: the drive is in operation_enabled")
 
     def test_why_names_a_wrong_use_of_the_chip(self):
-        # A trip-zone register written without EALLOW.
+        # A trip-zone register is written without EALLOW.
         _, _, why = session("period 8000", "call bus_write16(&((f28335_t *)f28335_base)->epwm[1].TZSEL, 0)", "why")
         self.assertRegex(why, r"^chip: 1 wrong use found, the last at tick \d+: protected write, EPWM2\.TZSEL$")
 
 
 class ManoeuvreTest(unittest.TestCase):
     def setUp(self):
-        anew()  # gdb reads the names of manoeuvres in a program that runs or in one that never ran
+        anew()  # gdb reads the names of manoeuvres only in a program that runs or has never run
 
-    # Ready by the window with the last sample of the calibration, switched on by the next one, whose setpoint acts a window
-    # later; there the gates come on in the second period. 20 ms of catch, in whose last period the estimator would lock to a
-    # rotor that turns; the medium task has "none turns" at the end of the window before, and counts the windows of the alignment
-    # from there: 16 over the pendulum's frequency sqrt(p K_t I / J).
+    # The drive is ready in the window with the last sample of the calibration. The next window switches it on, and that setpoint acts a
+    # window later; there the gates turn on in the second period. The catch takes 20 ms; in its last period the estimator would lock to a
+    # rotor that turns. The medium task has read the result, "no rotation", at the end of the window before, and counts the windows of the
+    # alignment from then on. The alignment takes 16 over the pendulum's frequency sqrt(p K_t I / J).
     ON = end_of_window(CALIBRATION - 1) + 2 * WINDOW
     CAUGHT = end_of_window(ON + 1 + 199 - 1)
     ALIGNED = CAUGHT + WINDOW * round(1e4 / WINDOW * 16 / math.sqrt(4 * 1.5 * 4 * 0.183 * 10 / 0.0636))
@@ -308,7 +310,7 @@ class ManoeuvreTest(unittest.TestCase):
     def test_until_manoeuvre_waits_for_the_next_beginning_of_one_that_is_under_way(self):
         _, text, unknown = session("until-manoeuvre align", "until-manoeuvre align", "until-manoeuvre foo", arguments=(str(self.ALIGNED + 100),))
         self.assertIn("the program ended without the manoeuvre align", text)
-        self.assertIn("no manoeuvre 'foo': off, catch, align", unknown)  # also when it has ended
+        self.assertIn("no manoeuvre 'foo': off, catch, align", unknown)  # also after the program has ended
 
 
 class LookTest(unittest.TestCase):
@@ -321,7 +323,7 @@ class LookTest(unittest.TestCase):
         self.assertEqual(rows["manoeuvre"], "run")
         self.assertEqual(rows["frame"], rows["position"])
         self.assertIn("enable on, mode speed, speed 600.00 r/min", rows["requests"])
-        # Settled after 3 s; the speed ripples by less than 1 % (dead time, encoder).
+        # The speed has settled after 3 s; its ripple is less than 1 % (dead time, encoder).
         speed = float(re.match(r"(\S+) r/min, reference 600.00 r/min$", rows["speed"])[1])
         self.assertAlmostEqual(speed, 600.0, delta=6.0)
         self.assertRegex(
@@ -335,7 +337,7 @@ class LookTest(unittest.TestCase):
             "period 8000", "regs", "regs EPWM1", "regs EPWM1.TBCTL", "regs epwm2.tbprd", "regs EPWM3.TZFLG", "regs PIE1"
         )
         self.assertEqual(blocks.split()[:3], ["blocks:", "ADC", "CPUTIMER0"])
-        self.assertIn("TBPRD          0x1d4c", block)  # 7500, for 10 kHz up and down
+        self.assertIn("TBPRD          0x1d4c", block)  # 7500 counts for 10 kHz, counting up and down
         self.assertRegex(block, r"CMPA +0x\w+  \d\d\.\d\d % of TBPRD")
         self.assertRegex(block, r"DBRED +0x0177  2\.500 us at SYSCLK = 150 MHz")  # the default dead time
         self.assertIn("TBCTL          0x4012  CTRMODE up-down", block)
@@ -431,7 +433,7 @@ class WrongUseTest(unittest.TestCase):
 
 
 class MachineInterface:
-    """gdb as an IDE drives it: one line in, its answer out."""
+    """Uses gdb as an IDE does: sends one line and receives its answer."""
 
     def __init__(self):
         self.gdb = subprocess.Popen(
@@ -441,7 +443,7 @@ class MachineInterface:
         self.token = 100
 
     def tell(self, command):
-        """Sends a command; all lines up to the end of the action that it started."""
+        """Sends a command; returns all lines up to the end of the action that it started."""
         self.token += 1
         self.gdb.stdin.write(f'{command}\n{self.token}-interpreter-exec console "echo"\n')
         self.gdb.stdin.flush()
@@ -453,7 +455,7 @@ class MachineInterface:
         raise AssertionError("gdb ended: " + "\n".join(lines))
 
     def until_stopped(self, command):
-        """Sends a command that lets the program run; all lines up to the stop."""
+        """Sends a command that lets the program run; returns all lines up to the stop."""
         self.gdb.stdin.write(f"{command}\n")
         self.gdb.stdin.flush()
         lines = []
@@ -495,7 +497,7 @@ class VisualStudioCodeTest(unittest.TestCase):
 
     @staticmethod
     def line_of_step(path):
-        """A line of drive_step's body."""
+        """The number of a line within the body of drive_step."""
         lines = pathlib.Path(path).read_text().splitlines()
         return next(n for n, line in enumerate(lines, 1) if line.startswith("bool drive_step(")) + 8
 
@@ -514,7 +516,7 @@ class VisualStudioCodeTest(unittest.TestCase):
         self.assertRegex(stopped, r'fullname="[^"]*/firmware/app/app.c"')
         self.assertTrue(any("period 5000, 0.5000 s" in line for line in gdb.console("where-time")))
 
-        # A breakpoint by the source file's full name, as an editor sets it.
+        # Sets a breakpoint by the full name of the source file, as an editor does.
         step = str(ROOT / "firmware" / "drive" / "drive.c")
         self.assertTrue(any("^done,bkpt=" in line for line in gdb.tell(f"-break-insert -f {step}:{self.line_of_step(step)}")))
 
@@ -551,7 +553,7 @@ class ToolTest(unittest.TestCase):
             shutil.copy2(PROGRAM, folder / "lagless")
 
             def holding(name, script):
-                """PATH with this program alone."""
+                """A PATH that contains only this program."""
                 (folder / name).mkdir()
                 if script:
                     (folder / name / name).write_text("#!/bin/sh\n" + script + "\nexit 1\n")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The debugger's helpers without gdb: bit fields of the registers, compared with hal/f28335/registers.h, and the reading of times.
+"""The debugger's helpers without gdb: bit fields of the registers, compared with hal/f28335/registers.h, and the conversion of times.
 
 usage: test_registers.py --root FOLDER"""
 import argparse
@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT / "tools" / "gdb"))
 import lagless_registers as registers  # noqa: E402
 import lagless_time as time  # noqa: E402
 
-# A macro's first word: the registers whose fields it names.
+# The first word of a macro's name, and the registers whose fields it names.
 REGISTERS = {
     "TCR": [("CPUTIMER0", "TCR")],
     "FOPT": [("FLASH", "FOPT")],
@@ -35,7 +35,7 @@ for block, names in {
 }.items():
     REGISTERS.update({name: [(block, name)] for name in names.split()})
 
-# Macros that stand for a value of a field.
+# Macros that are a value of a field and not its mask.
 VALUES = {"TBCTL_PHSDIR_UP": "PHSDIR", "DBCTL_POLSEL_ALC": "POLSEL"}
 FIELD = re.compile(
     r"^#define (?P<macro>(?P<register>" + "|".join(sorted(REGISTERS, key=len, reverse=True)) + r")_(?P<field>\w+))"
@@ -77,7 +77,7 @@ class FieldTest(unittest.TestCase):
         self.assertEqual(len(fields), len({field[0] for field in fields}), f"{register}: a name twice")
 
     def test_words_of_a_drive_read_as_meant(self):
-        # A carrier of 10 kHz with dead band and one-shot trip, word by word (SPRUG04).
+        # A carrier of 10 kHz with dead band and one-shot trip; each register word by SPRUG04.
         for register, word, text in (
             ("TBCTL", 0x4012, "CTRMODE up-down, PRDLD shadow, SYNCOSEL CTR=0, HSPCLKDIV /1, CLKDIV /1, "
              "PHSDIR down after sync, FREE_SOFT halt: end of cycle"),
@@ -105,8 +105,8 @@ class TimeTest(unittest.TestCase):
         for ticks, rows in ((15000, {"0.5 s": 5000, "500 ms": 5000, "0.5": 5000, "0": 0, "99.9us": 0, "100us": 1, "1e-4s": 1, "0.29999 s": 2999,
                                      "0.3s": 3000, ".1 s": 1000}),
                             (7500, {"49.9 us": 0, "50 us": 1, "1 s": 20000}), (30000, {"0.5 s": 2500, "199us": 0}),
-                            (9378, {"62.51 us": 0, "62.52 us": 1, "1 s": 15994}),  # of 62.52 us: 15994.88
-                            (9374, {"62.492 us": 0, "62.494 us": 1})):  # of 62.4933.. us
+                            (9378, {"62.51 us": 0, "62.52 us": 1, "1 s": 15994}),  # periods of 62.52 us: 15994.88 of them
+                            (9374, {"62.492 us": 0, "62.494 us": 1})):  # periods of 62.4933.. us
             for text, period in rows.items():
                 self.assertEqual(time.period_of_time(text, ticks), period, (text, ticks))
 

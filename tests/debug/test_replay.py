@@ -1,5 +1,7 @@
-"""tools/debug on a record of a drive: it stops in the period of the fault; and that the recorded structs consist of slots, so that a
-record of the chip has the layout of the host. usage: test_replay.py --root FOLDER --program LAGLESS (of the preset debug)
+"""tools/debug on the record of a drive: it stops in the period of the fault. The recorded structs must consist of slots, so that a record
+from the chip has the layout of the host.
+
+usage: test_replay.py --root FOLDER --program LAGLESS (of the preset debug)
 Ends with 77 (skipped) where there is no gdb with Python."""
 import argparse
 import pathlib
@@ -28,7 +30,8 @@ speed_request = "300 r/min"
 time = "0.3 s"
 plant.dc_voltage = 150
 """
-# Members of other types than those of a slot, by gdb: a plain int or a bool has another size on a C28x, a pointer another meaning.
+# Lists the members whose type is not that of a slot, read by gdb: a plain int or a bool has another size on a C28x, a pointer another
+# meaning.
 WALK = r"""
 def walk(kind, name):
     names = []
@@ -67,11 +70,11 @@ class Replay(unittest.TestCase):
         run(OPTIONS.program, "run", self.folder / "sag.toml", "--quiet", "--out", self.folder)
         record = self.folder / "sag.replay"
         head = dict(line.partition(" ")[::2] for line in record.read_text().splitlines()[:8])
-        period = int(head["period"])  # by the drive's count, which is 1 in the period 0 of the rig
+        period = int(head["period"])  # by the count of the drive, which is 1 in period 0 of the simulation
         said = run(sys.executable, OPTIONS.root / "tools/debug", record, "--program", OPTIONS.program, "--batch",
                    "-ex", "print app->drive.fast.period", "-ex", "period -2", "-ex", "until-fault", "-ex", "why")
         self.assertIn(f"period {period - 1}, {(period - 1) * 1e-4:.4f} s + 0.00 us", said)
-        self.assertIn(f"$1 = {period - 1}", said)  # the step of the fault has not run
+        self.assertIn(f"$1 = {period - 1}", said)  # the step of the fault has not been executed
         self.assertIn(f"period {period - 3}, ", said)
         self.assertIn("fault 23, dc_undervoltage, by show_fault", said)
         self.assertIn(f"when: period {period} by the drive's count", said)

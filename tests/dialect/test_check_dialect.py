@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Proves tools/check-dialect: a small tree in the C of the F28335 passes; each fault that is sown into it is found, and
-the message names file, line, rule and remedy. Ends with 77 where clang, readelf or cppcheck is missing."""
+"""Proves tools/check-dialect. A small tree in the C dialect of the F28335 passes. Each fault that is planted in it is found, and the
+message names file, line, rule and remedy. Ends with 77 where clang, readelf or cppcheck is missing."""
 import pathlib
 import shutil
 import subprocess
@@ -54,7 +54,7 @@ TREE = {
         "{\n"
         "    return row->offset / sizeof(uint32_t);\n"
         "}\n"
-        # A function so long that the compiler jumps over it by an address: this jump is not a recursive call.
+        # The function is so long that the compiler jumps over it by an address; this jump is not a recursive call.
         "float angle_long(float x)\n"
         "{\n"
         "    float sum = x;\n"
@@ -115,7 +115,7 @@ MISRA = """\
 17.7  *                         memcpy           returns its first argument
 """
 
-# What is sown: name of the fault, source, code, line of it that must be blamed, rule, texts of the message.
+# What is planted: name of the fault, source, code, the line of it that the message must name, rule, texts of the message.
 TYPES = (
     ("product of constants over 16 bits", "firmware/math/angle.c",
      "extern const int32_t period;\nconst int32_t period = 300 * 300;\n",
@@ -225,7 +225,7 @@ class CheckDialect(unittest.TestCase):
         path.write_text(text)
 
     def append(self, name, text):
-        """Returns the number of lines that stood there before."""
+        """Appends the text; returns the number of lines that the file had before."""
         before = (self.root / name).read_text()
         self.write(name, before + text)
         return before.count("\n")
@@ -235,8 +235,8 @@ class CheckDialect(unittest.TestCase):
                               stderr=subprocess.PIPE, text=True, check=False)
 
     def assert_each_is_found(self, gate, faults):
-        """All faults in one tree, since the tools take longer to start than to look: each is named at its line, and no
-        line is blamed that has none."""
+        """All faults are planted in one tree, since starting the tools takes longer than checking. Each fault is reported at its line, and
+        no line without a fault is reported."""
         wanted = []
         for name, source, code, line, rule, *texts in faults:
             before = self.append(source, code)

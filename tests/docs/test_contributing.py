@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""docs/CONTRIBUTING.md names commits as examples: the files it names with each are there, and the commit is one of this tree's that
-touched them; a clone without history has the files alone. CITATION.cff agrees with CMake and the licence.
+"""docs/CONTRIBUTING.md names commits as examples. The files named with a commit must exist, and the commit must be in the history of this
+tree and have changed them; in a clone without history only the files are checked. CITATION.cff must agree with CMake and the licence.
 
 usage: test_contributing.py [unittest options]
 """
@@ -15,7 +15,7 @@ EXAMPLE = re.compile(r"^Example: `(\w+)`: ((?:`[^`]+`[,.]\s*)+)$", re.MULTILINE)
 
 
 def examples(text):
-    """(commit, its files), in the order of the text."""
+    """The examples as (commit, its files), in the order of the text."""
     return [(commit, re.findall(r"`([^`]+)`", files)) for commit, files in EXAMPLE.findall(text)]
 
 
@@ -48,7 +48,7 @@ class Contributing(unittest.TestCase):
             with self.subTest(commit=commit):
                 self.assertEqual(git("merge-base", "--is-ancestor", commit, "HEAD").returncode, 0)
                 touched = set(git("show", "--format=", "--name-only", commit).stdout.splitlines())
-                for name in files:  # by the present name of the file, or its name at that time
+                for name in files:  # under the present name of the file, or under its name at that time
                     names = git("log", "--follow", "--format=", "--name-only", "--", name).stdout.split()
                     self.assertTrue(touched & {name, *names}, name)
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Each of the paper's equations that the firmware computes is in one float function: the table of docs/paper.md points at it, its comment
-contains `eq. (n)`, and no other float function's comment does. A plain (n) only mentions.
+"""Each of the paper's equations that the firmware computes is in one float function: the table of docs/paper.md names that function, its
+comment contains `eq. (n)`, and the comment of no other float function does. A plain (n) is a mere mention.
 
 usage: test_equations.py [unittest options]        Python 3.9, standard library only
 """
@@ -29,13 +29,14 @@ def numbers_of(text):
 
 
 def functions_of(text):
-    """(name, is it defined here, equations that its comments claim) of every function declared or defined in a C text."""
+    """For every function declared or defined in a C text: name, whether it is defined in this text, and the equations that its comments
+    claim."""
     code = HIDDEN.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text)
     comments = [(m.start(), m.end(), m.group()) for m in COMMENT.finditer(text)]
     end, found = 0, []
     for match in FUNCTION.finditer(code):
         if match.start() < end:
-            continue  # inside the one before
+            continue  # this match is inside the previous function
         end = match.end()
         depth = 1 if match.group(2) == "{" else 0
         while depth and end < len(code):
@@ -59,7 +60,7 @@ def float_sources():
 
 
 def table_of(text):
-    """{equation: [(file, function)]} of the table below its head."""
+    """{equation: [(file, function)]} of the table below its heading row."""
     rows = text.partition("| equation | where |\n")[2].partition("\n\n")[0]
     places = {}
     for equations, where in ROW.findall(rows):

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""What a requirements.txt pins is in its lock, in that version, and each archive of a lock has its hash: tools/setup installs
-nothing that was not named here. docs/licences.md has each of them. The workflow takes actions and TI's sources by commit. The lock is tools/requirements.lock, for tools/plot, which older Pythons use too, the one beside the
-file. A new pin needs a new lock:
+"""Every package that a requirements.txt pins is in its lock file with the same version, and each archive in a lock file has its hash, so
+that tools/setup installs only what is named there. docs/licences.md lists each of them. The workflow names actions and TI's sources by
+commit. The lock file is tools/requirements.lock; for tools/plot, which also runs on older Pythons, it is the one beside its
+requirements.txt. A new pin needs a new lock:
 
     uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
         docs/site/requirements.txt tests/*/requirements.txt -o tools/requirements.lock

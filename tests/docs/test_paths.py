@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Every path, link and function that a document names exists in the tree, a function in the file that is named with it; and
-the search finds what does not.
+"""Every path, link and function that a document names exists in the tree, and a function exists in the file that is named with it. A second
+part proves that the search finds names that do not exist.
 
-usage: test_paths.py DOCUMENT...        paths from the project's root; a folder: all that are in it. Python 3.9, standard library
+usage: test_paths.py DOCUMENT...        paths from the project's root; of a folder all documents are checked. Python 3.9, standard
+library
 """
 import pathlib
 import re
@@ -12,7 +13,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCUMENTS = []
 
-# A path begins with a folder or a file of the root, in backquotes; NAME stands for any.
+# A path is in backquotes and begins with a folder or a file of the root; NAME in it stands for any name.
 FOLDERS = ("cmake", "docs", "firmware", "hal", "host_sim", "linker", "targetConfigs", "tests", "ti", "tools")
 PATH = re.compile(rf"`((?:{'|'.join(FOLDERS)})/[\w./-]*)[ `]")
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
@@ -22,7 +23,7 @@ COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
 def functions_of_the_tree():
-    """Names followed by a bracket in C outside comments: all that are declared, defined or called."""
+    """All names followed by a bracket in C outside comments, that is functions that are declared, defined or called."""
     found = set()
     for folder in ("firmware", "hal", "host_sim"):
         for path in (ROOT / folder).rglob("*.[ch]"):

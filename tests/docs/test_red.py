@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """No number in the documents is written by hand: if a program prints other numbers, the check of each document fails.
 
-The program is called instead of the real one and replaces every 1 in its output by a 7, or runs it with another
-seed; what
-tests and report have printed is copied and turned in the same way. The test of ctest that is named with each
-check proves that it passes with the real program.
+A script replaces the program. It replaces every 1 in the output of the real program by a 7, or runs the program with another seed. The
+outputs of tests and of the report are copied and changed in the same way. The test of ctest that is named with each check proves that
+the check passes with the real program.
 
 usage: test_red.py LAGLESS BUILD [unittest options]
 """
@@ -57,7 +56,7 @@ class Documents(unittest.TestCase):
         return program
 
     def red(self, *command):
-        """It ends with 1, and not by a crash."""
+        """The command must end with 1, and not by a crash."""
         done = subprocess.run([str(word) for word in command], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               check=False)
         code, said = done.returncode, done.stdout
@@ -67,30 +66,30 @@ class Documents(unittest.TestCase):
         self.assertNotIn("Error", said.replace("AssertionError", "").replace("CMake Error", ""), said)
 
     def test_table_beside_others(self):
-        """peers_documents"""
+        """The ctest test with the real program is peers_documents."""
         self.red(sys.executable, "-B", "tools/peers", "--lagless", self.instead(TURNS))
 
     def test_tables_of_motors(self):
-        """cli_motors"""
+        """The ctest test with the real program is cli_motors."""
         self.red(sys.executable, "-B", "tools/motors-docs", "--check", self.instead(TURNS))
 
     def test_picture_of_the_cold_start(self):
-        """look_docs"""
+        """The ctest test with the real program is look_docs."""
         python = ROOT / "build/venv/bin/python3"
         python = python if python.exists() else sys.executable
         self.red(python, "-B", "tools/plot/docs.py", self.instead(ANOTHER_SEED), "--check")
 
     def test_tables_of_accuracy(self):
-        """accuracy_documents"""
+        """The ctest test with the real program is accuracy_documents."""
         printed = BUILD / "tests/rig"
         for text in printed.glob("test_rig_sensorless_*.txt"):
-            (self.folder / text.stem).symlink_to(printed / text.stem)  # an output that is older than its program is ignored
+            (self.folder / text.stem).symlink_to(printed / text.stem)  # the check ignores an output that is older than its program
             (self.folder / text.name).write_text(turned(text.read_text()))
         self.assertTrue(list(self.folder.iterdir()), "no test has printed anything")
         self.red(sys.executable, "-B", "tools/accuracy", "--printed", "--tests", self.folder)
 
     def test_rows_of_the_report(self):
-        """paper_documents"""
+        """The ctest test with the real program is paper_documents."""
         report = json.loads((BUILD / "paper/report.json").read_text())
         for row in report["rows"]:
             row["ours"] = (row["ours"] or 0.0) + 1.0
@@ -98,7 +97,7 @@ class Documents(unittest.TestCase):
         self.red(sys.executable, "-B", "tools/plot/documents.py", "--check", "--only", "paper.md", self.folder, "docs")
 
     def test_points_of_the_map(self):
-        """paper_map_of_the_day"""
+        """The ctest test with the real program is paper_map_of_the_day."""
         accuracy = (ROOT / "docs/accuracy.md").read_text(encoding="utf-8")
         rows = re.findall(r"(?m)^\| ([^|]+) \|", accuracy.partition("begin: the map")[2].partition("<!-- end")[0])
         points = [{"rpm": rpm, "load_nm": 5, "deviation": name, "adaptation": "off", "mean_mrad": 0.123, "sd_mrad": 0.123, "locked": True}

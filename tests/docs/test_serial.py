@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The tables of docs/serial.md against the sources: commands, errors, extensions, sizes; and its rates against its frame."""
+"""Compares the tables of docs/serial.md with the sources (commands, errors, extensions, sizes), and its sample rates with the length of a
+frame."""
 import pathlib
 import re
 import unittest
@@ -10,7 +11,7 @@ PAGE = (ROOT / "docs" / "serial.md").read_text(encoding="utf-8")
 
 
 def tables(page):
-    """Each table as rows of cells, by the cells of its head."""
+    """Each table as a list of rows, under the cells of its heading row."""
     found = {}
     head = None
     for line in page.splitlines():
@@ -26,7 +27,7 @@ def tables(page):
 
 
 def defines(*names):
-    """Values of the macros of these headers."""
+    """The values of the macros in these headers."""
     text = "".join((ROOT / name).read_text(encoding="utf-8") for name in names)
     numbers = re.findall(r"#define\s+(\w+)\s+(?:UINT32_C\()?(0x[0-9A-Fa-f]+|\d+)(?:u\b|\))", text)
     return {name: int(value, 0) for name, value in numbers}

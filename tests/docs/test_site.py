@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""tools/site on this tree: every document is a page, what a page links to is there, nothing is loaded from other sites, and tables are
-tables; and on small trees with one mistake each, which is reported with file and name.
+"""tools/site on this tree: every document becomes a page, every target of a link exists, nothing is loaded from other sites, and tables
+become tables. Small trees with one mistake each are reported with file and name.
 
 usage: test_site.py [unittest options]
 
@@ -17,7 +17,7 @@ import urllib.parse
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TOOL = ROOT / "tools/site"
-# The addresses that a browser fetches automatically for style sheets and pages.
+# Addresses in style sheets that a browser loads without a click.
 STYLE_FETCHES = re.compile(r"(?:@import\s+|url\(\s*)['\"]?(?:https?:)?//[^)'\" ]*")
 FETCHING = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "audio": "src", "object": "data"}
 
@@ -27,7 +27,7 @@ def made(root, out):
 
 
 class Page(html.parser.HTMLParser):
-    """What a page names (tag, attribute, value), the places that a link may lead to, and how many tables and diagrams it has."""
+    """What a page names (tag, attribute, value), the anchors to which a link may lead, and the numbers of tables and diagrams."""
 
     def __init__(self, text):
         super().__init__()
@@ -94,7 +94,8 @@ class Site(unittest.TestCase):
             self.assertEqual(STYLE_FETCHES.findall(path.read_text(encoding="utf-8")), [], path.name)
 
     def test_tables_are_tables_and_diagrams_diagrams(self):
-        """As many as the documents begin: by the line below a table's head, and by the fence."""
+        """The page has the same number of tables and diagrams as the document, which are counted by the line below a table's heading row
+        and by the fence."""
         for path, page in self.pages.items():
             source = ROOT / ("README.md" if path.name == "index.html" else f"docs/{path.stem}.md")
             if source.exists():

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Compares docs/theory.md with computation: its tables of numbers against formulas and brute-force simulation in double
-precision, and its constants against the sources. Independent of the firmware's code.
+"""Compares docs/theory.md with computation: its tables of numbers with formulas and brute-force simulation in double precision, and its
+constants with the sources. No code of the firmware is used.
 
 usage: test_theory.py [unittest options]        Python 3.9, standard library only
 """
@@ -23,7 +23,7 @@ def omega_of(rpm):
 
 
 def rows_below(head):
-    """The cells of the table whose head begins with these cells."""
+    """The rows of the table whose heading row begins with these cells."""
     lines = TEXT.splitlines()
     starts = [n for n, line in enumerate(lines) if line.startswith(head)]
     assert len(starts) == 1, f"{head}: {len(starts)} tables"
@@ -45,14 +45,13 @@ def half_digit(cell):
 
 
 def hold(x, d):
-    """Mean of a turning EMF, weighted by the winding over a period, divided by its value at the period's
-    beginning."""
+    """The mean of a rotating EMF over a period, weighted by the response of the winding, over its value at the begin."""
     half = complex(0.5 * d, 0.5 * x)
     return cmath.exp(0.5j * x) * cmath.sinh(half) / half * (0.5 * d) / math.sinh(0.5 * d)
 
 
 def impedance(g, omega, resistance=R, inductance=L, period=T):
-    """e/x by section 4, nothing neglected."""
+    """e/x by section 4 without approximations."""
     x, d = omega * period, resistance * period / inductance
     a = math.exp(-d)
     b = (1 - a) / resistance
@@ -60,7 +59,7 @@ def impedance(g, omega, resistance=R, inductance=L, period=T):
 
 
 def impedance_law(g, omega, resistance=R, inductance=L, period=T):
-    """The same as the firmware computes it."""
+    """The quotient of the EMF and the signal of the observer, with the approximations of the firmware."""
     h, d = 0.5 * omega * period, resistance * period / inductance
     b = (1 - math.exp(-d)) / resistance
     return complex((g + resistance) * (1 - h * h / 3), (2 / b - resistance - g) * h) * cmath.exp(-1j * h * d / 6)
@@ -77,16 +76,16 @@ def sigmoid(y):
 
 
 def simulate(rpm, gain=200.0, slope=1.0, vector=True, periods=4000):
-    """Exact winding and sampled observer, side by side: v/e, and the power-weighted gain g [ohm]."""
+    """Simulates the exact winding and the sampled observer; returns v/e and the power-weighted gain g [ohm]."""
     omega = omega_of(rpm)
     a = math.exp(-R * T / L)
     b = (1 - a) / R
     turn = cmath.exp(1j * omega * T)
     emf = 1j * PSI * omega
-    weight = -(turn - a) / L / complex(R / L, omega)  # of the EMF at the period's beginning, on the current at its end
+    weight = -(turn - a) / L / complex(R / L, omega)  # weight of the EMF at the begin of the period, in the current at its end
     i, i_hat, v, samples = 0.3 + 0.2j, 0j, 0j, []
     for _ in range(periods):
-        u = 0.9 * emf + 1.5  # any voltage is suitable: it acts on both in the same way
+        u = 0.9 * emf + 1.5  # any voltage is suitable, because winding and observer receive the same
         i = a * i + b * u + weight * emf
         i_hat = a * i_hat + b * (u - v)
         x = i_hat - i

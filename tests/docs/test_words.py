@@ -11,7 +11,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STYLE = "docs/style.md"  # quotes the phrases that it bans
 
-# Comments that are not clean yet, with the reason. A folder that has become clean must leave this table.
+# Folders whose comments still have such phrases, with the reason. A folder whose comments have none must leave this table.
 NOT_YET = {}
 LITERAL = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
 C_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
@@ -19,7 +19,7 @@ GENERATED = re.compile(r"<!-- (?:begin: written by|made by).*?<!-- end.*?-->", r
 
 
 def phrases():
-    """The phrases of the table in docs/style.md: expression, and whether it is also checked in comments."""
+    """The phrases of the table in docs/style.md, each as an expression and whether it is checked in comments too."""
     found = []
     for line in (ROOT / STYLE).read_text(encoding="utf-8").splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
@@ -30,7 +30,7 @@ def phrases():
 
 
 def without_generated(text):
-    """The same number of lines, those that a tool writes empty."""
+    """The text with the same number of lines, in which the parts written by a tool are empty."""
     return GENERATED.sub(lambda block: "\n" * block.group().count("\n"), text)
 
 
@@ -40,7 +40,7 @@ def without_c_comments(text):
 
 
 def messages(text):
-    """The string literals of a C source in their lines; neighbours are joined, as the compiler does."""
+    """The string literals of a C source, on their lines; neighbouring literals are joined as the compiler does."""
     lines = []
     for line in without_c_comments(text).splitlines():
         lines.append(" ".join(LITERAL.findall(line)) if not line.startswith("#include") else "")
@@ -48,7 +48,7 @@ def messages(text):
 
 
 def comments(text):
-    """The comments of a C source in their lines, without the stars at the beginning."""
+    """The comments of a C source, on their lines, without the stars at the begin of a line."""
     kept, end = [], 0
     for comment in C_COMMENT.finditer(text):
         kept.append("\n" * text.count("\n", end, comment.start()) + re.sub(r"(?m)^\s*\* ?", "", comment.group()))

@@ -100,7 +100,7 @@ class Archive(unittest.TestCase):
         self.assertEqual(listed, [n for n, is_output in enumerate(outputs, 1) if is_output])
 
     def test_the_scenario_in_it_runs_the_same_bits_as_the_one_it_was_made_of(self):
-        """Motors by name, profiles, ramps, events, a rotor that turns, values of --set: the archive has all of
+        """The scenario has motors by name, profiles, ramps, events, a rotor that turns, and values of --set: the archive contains all of
         them as numbers."""
         own = FOLDER / "own.toml"
         own.write_text('schema = 1\ntitle = "a \\"title\\""\nmotor = "teknic-m2310p-ln-04k"\n[run]\nduration = "0.3 s"\nseed = 9\n'

@@ -1,5 +1,6 @@
-/* The library of an FMU, loaded as a master loads it: the same bits as the ring alone, states, refusals.
- * Expected values are those of a rig and a course of this program (host_sim/lab/course.h). */
+/* The library of an FMU, loaded as a co-simulation master loads it. It gives the same bits as the
+ * simulation without an FMU; states and refusals are tested too. The expected values come from a
+ * simulation and a course (host_sim/lab/course.h) in this program. */
 #include <dlfcn.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -25,7 +26,7 @@ static const char scenario_text[] =
 
 static char folder[64];
 static char location[96];
-static char said[1024]; /* by the last message */
+static char said[1024]; /* the last message */
 static void *library;
 
 /* The functions of the library. */
@@ -126,7 +127,7 @@ static fmi2Component opened(void)
     return ring;
 }
 
-/* From the begin of a period, this number of periods in one step. */
+/* Makes one step over this number of periods, beginning at the start of a period. */
 static fmi2Status stepped(fmi2Component ring, uint32_t from, uint32_t periods)
 {
     return do_step(ring, from * RIG_PERIOD_SECONDS, periods * RIG_PERIOD_SECONDS, fmi2True);
@@ -146,7 +147,7 @@ static fmi2Status put(fmi2Component ring, const char *name, double value)
     return set_real(ring, &reference, 1, &value);
 }
 
-/* All outputs as numbers; how many there are. */
+/* Reads all outputs as numbers; returns how many there are. */
 static uint32_t outputs_of(fmi2Component ring, double values[OUTPUTS])
 {
     const table_row_t *rows[FMU_VARIABLES_MAX];
@@ -214,7 +215,7 @@ static void reference_ended(reference_t *reference)
     scenario_free(reference->scenario);
 }
 
-/* Every output has the value that the slot holds. */
+/* Every output has the value of its slot in the reference. */
 static void expect_slots(const reference_t *reference, const double *values, uint32_t period)
 {
     for (uint32_t n = 0; n < reference->count; n++) {
@@ -242,7 +243,7 @@ static void test_every_output_of_every_period_has_the_bits_of_the_ring(void)
         TEST_ASSERT_EQUAL(reference.count, outputs_of(ring, values));
         expect_slots(&reference, values, period);
     }
-    TEST_ASSERT_EQUAL_DOUBLE(30.0, real_of(ring, "speed_request")); /* by the event of 0.25 s */
+    TEST_ASSERT_EQUAL_DOUBLE(30.0, real_of(ring, "speed_request")); /* set by the event at 0.25 s */
     TEST_ASSERT_TRUE(real_of(ring, "true_omega_m") > 1.0);          /* and the rotor turns */
     free_instance(ring);
     reference_ended(&reference);
@@ -273,7 +274,7 @@ static void test_a_state_goes_on_where_it_was_saved_also_in_another_instance(voi
     double again[OUTPUTS];
     fmi2Component ring = opened();
     fmi2Component other = opened();
-    TEST_ASSERT_EQUAL(fmi2OK, stepped(ring, 0, 1500)); /* within the ramp */
+    TEST_ASSERT_EQUAL(fmi2OK, stepped(ring, 0, 1500)); /* within the ramp of the scenario */
     TEST_ASSERT_EQUAL(fmi2OK, get_state(ring, &state));
     TEST_ASSERT_EQUAL(fmi2OK, stepped(ring, 1500, 1400));
     const uint32_t count = outputs_of(ring, first);
@@ -384,7 +385,7 @@ static void test_a_wrong_archive_is_refused_with_the_cause(void)
     expect_none(fmi2CoSimulation, guid, "file:///nowhere%20at%20all", "/nowhere at all/scenario.toml");
 }
 
-/* Ids are value references and places in arrays. */
+/* The ids are value references and indices of arrays. */
 static void test_every_variable_has_a_reference_below_the_end_and_outputs_fit_the_tap(void)
 {
     for (uint32_t part = 0; part < FMU_PARTS; part++) {

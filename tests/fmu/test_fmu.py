@@ -1,4 +1,4 @@
-"""The FMU of `lagless fmu` in a master of other authors: fmpy, unmodified.
+"""The FMU of `lagless fmu` in fmpy, a co-simulation master of other authors, which is not modified.
 
 usage: test_fmu.py LAGLESS FOLDER      run by a Python that has fmpy (tools/setup all puts it into build/venv); without it this ends
 with 77, skipped."""
@@ -21,7 +21,7 @@ from fmpy.validation import validate_fmu  # noqa: E402
 LAGLESS, FOLDER = sys.argv[1], pathlib.Path(sys.argv[2]).absolute()
 PERIOD = 1e-4
 HERE = pathlib.Path(__file__).resolve()
-# A ramp, an event of the plant, a parameter that changes; and a mild load that a master changes later.
+# The scenario has a ramp, an event of the plant, a parameter that changes, and a light load, which a master changes later.
 SCENARIO = """schema = 1
 title = "a <ring> & its events"
 [run]
@@ -44,7 +44,7 @@ requests.speed_request = "30 rad/s"
 
 
 class Ring:
-    """An instance, stepped period by period; its outputs as rows of numbers."""
+    """An instance that is stepped period by period; its outputs are rows of numbers."""
 
     def __init__(self, archive):
         self.folder = fmpy.extract(archive, unzipdir=FOLDER / f"unzipped_{pathlib.Path(archive).stem}")
@@ -85,8 +85,7 @@ def lagless(*arguments):
 
 
 def recorded(scenario, names, *more):
-    """The values of these rows that `lagless run` records in every period, in the words of MDF
-    (tests/recorder/check_mdf.py)."""
+    """The values of these signals that `lagless run` records in every period, read from the MDF file (tests/recorder/check_mdf.py)."""
     out = FOLDER / "recorded"
     lagless("run", scenario, "--quiet", "--force", "--every", 1, "--record", ",".join(names), "--format", "mdf", "--out", out, *more)
     kinds = {variable.name: ("<f4" if variable.type == "Real" else "<i4") for variable in KNOWN.values()}
@@ -99,7 +98,7 @@ def recorded(scenario, names, *more):
 
 
 def same(a, b):
-    """Equal, or both not a number."""
+    """Equal, or both are NaN."""
     return a.shape == b.shape and bool(((a == b) | (numpy.isnan(a) & numpy.isnan(b))).all())
 
 
@@ -125,7 +124,8 @@ class Fmu(unittest.TestCase):
         self.assertGreater(len(model.modelVariables), 250)
 
     def test_every_output_of_every_period_has_the_bits_of_the_program(self):
-        """Own events and ramps; a shipped cold start of a motor without encoder; one with profiles and a fault."""
+        """The scenarios are one written in this file with events and ramps, a shipped cold start of a motor without encoder, and two
+        shipped ones with a fault and with profiles."""
         for scenario, periods in ((self.scenario, 5000), ("cold_start", 20000), ("dc_link_sag", 12000), ("both_directions", 12000)):
             with self.subTest(scenario=str(scenario)):
                 lagless("fmu", scenario, "--out", FOLDER, "--force")
@@ -139,7 +139,7 @@ class Fmu(unittest.TestCase):
 
     def test_a_state_goes_on_where_it_was_saved_also_in_a_new_process(self):
         ring = Ring(self.archive)
-        ring.run(1200)  # within the ramp
+        ring.run(1200)  # within the ramp of the scenario
         state = ring.slave.getFMUState()
         (FOLDER / "state").write_bytes(ring.slave.serializeFMUState(state))
         first = ring.run(1500)
@@ -186,7 +186,7 @@ class Fmu(unittest.TestCase):
 
 
 def restored():
-    """In a separate process: the state from the file, and the following steps."""
+    """Loads the state from the file in a separate process and makes the following steps."""
     ring = Ring(str(FOLDER / "own.fmu"))
     ring.slave.setFMUState(ring.slave.deSerializeFMUstate((FOLDER / "state").read_bytes()))
     ring.period = 1200

@@ -1,8 +1,9 @@
-/* Common code of the fuzz targets: a random generator, mutations of octets, and a main that runs rounds until
- * its time is over.
+/* Common code of the fuzz targets: a random generator, mutations of octets, and a main function that runs
+ * rounds until its time is over.
  *
- * usage of a target: PROGRAM SEED SECONDS [FOLDER...]. It prints the round's seed before it fails, by which
- * one round runs again: PROGRAM ROUND_SEED 0. */
+ * usage of a target: PROGRAM SEED SECONDS [FOLDER...]
+ *
+ * It prints the seed of a round before the round fails; PROGRAM ROUND_SEED 0 runs this round again. */
 #ifndef TESTS_FUZZ_FUZZ_H
 #define TESTS_FUZZ_FUZZ_H
 
@@ -36,8 +37,8 @@ static inline void fuzz_expect(int good, const char *what)
     }
 }
 
-/* One to eight changes of octets: another one, one left out, a run doubled, the rest cut off, a run of
- * another text put in. Returns the new count, at most `room`. */
+/* Makes one to eight changes: an octet changed or removed, a sequence doubled, the rest removed, or a
+ * sequence of another text inserted. Returns the new length, at most `room`. */
 static inline size_t fuzz_mutate(char *text, size_t count, size_t room, const char *other, size_t other_count)
 {
     for (uint32_t n = 1u + fuzz_below(8u); n > 0u && count > 1u; n--) {

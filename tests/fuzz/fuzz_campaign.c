@@ -1,5 +1,5 @@
-/* Damaged lines of a campaign's results: each line is read with its values or rejected; the summary of all
- * lines that were read agrees with the tables. usage: fuzz_campaign SEED SECONDS */
+/* Damaged lines of a campaign's results: each line is read with its values or rejected, and the summary of
+ * all lines that were read agrees with the tables. usage: fuzz_campaign SEED SECONDS */
 #include "fuzz.h"
 #include "host_sim/lab/campaign.h"
 

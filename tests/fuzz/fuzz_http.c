@@ -1,6 +1,6 @@
-/* The server of the scope's page under damaged requests, whole and in pieces, by several clients: the server
- * neither hangs nor fails, and the handler gets a path and a body of the announced length. usage: fuzz_http
- * SEED SECONDS */
+/* The server of the scope's page with damaged requests, sent whole and in pieces by several clients: the
+ * server neither hangs nor fails, and the handler gets a path and a body of the announced length. usage:
+ * fuzz_http SEED SECONDS */
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>

@@ -1,6 +1,6 @@
-/* The readers of text on damaged files: scenarios, motors, experiments, values with units, --set. After any
- * change of a file, it is read, or refused in one line with a name, without another effect (the sanitizers
- * check this). usage: fuzz_readers SEED SECONDS FOLDER... */
+/* The readers of text with damaged files: scenarios, motors, experiments, values with units, --set. A
+ * changed file is either read or refused with one line that contains a name; it has no other effect (the
+ * sanitizers check this). usage: fuzz_readers SEED SECONDS FOLDER... */
 #include <dirent.h>
 
 #include "fuzz.h"
@@ -32,7 +32,7 @@ static void load(const char *folder)
     closedir(directory);
 }
 
-/* A refusal is one line with a name. */
+/* A refusal is one line that contains a name. */
 static void judge(const scenario_error_t *error)
 {
     char text[1200];
@@ -101,7 +101,7 @@ static void turn(void)
     memcpy(text, file->text, file->octets);
     const size_t octets = fuzz_mutate(text, file->octets, sizeof text, other->text, other->octets);
     read_scenario(text, octets);
-    if (fuzz_below(8u) == 0u) { /* a file on the disk takes its time */
+    if (fuzz_below(8u) == 0u) { /* less often than the others, since a file on the disk takes time */
         read_file(text, octets);
     }
     read_value(text, octets);

@@ -1,5 +1,6 @@
-"""Damaged recordings, CSV and MAT, in `lagless plot` and `lagless compare`: each is drawn, or refused in one sentence that names the
-file; no traceback. usage: fuzz_recordings.py LAGLESS FOLDER SEED SECONDS; ends with 77, skipped, without numpy."""
+"""Damaged recordings, CSV and MAT, in `lagless plot` and `lagless compare`: each is drawn or refused in one
+sentence that names the file, without a traceback. usage: fuzz_recordings.py LAGLESS FOLDER SEED SECONDS; ends with 77, skipped, without
+numpy."""
 import contextlib
 import importlib.util
 import io
@@ -22,7 +23,7 @@ import look  # noqa: E402
 
 
 def damaged(octets, other, dice):
-    """Some octets changed, taken out or doubled, the rest cut off, or a piece of another file put in."""
+    """The octets with one change: some changed, removed or doubled, the rest removed, or a piece of another file inserted."""
     octets = bytearray(octets)
     for _ in range(dice.choice((1, 1, 1, 2, 5))):
         at, some = dice.randrange(dice.choice((len(octets), len(octets), 4000)) or 1), dice.randrange(1, 60)
@@ -40,7 +41,7 @@ def damaged(octets, other, dice):
             octets[at:at] = other[begin:begin + some]
         elif kind == 5 and dice.randrange(3) == 0:
             del octets[at:]
-        else:  # a line away
+        else:  # removes a line
             begin = octets.rfind(b"\n", 0, at) + 1
             end = octets.find(b"\n", at)
             del octets[begin:end + 1 if end >= 0 else len(octets)]
@@ -48,7 +49,7 @@ def damaged(octets, other, dice):
 
 
 def run(arguments):
-    """(exit code, output) of look.py in this process."""
+    """Runs look.py in this process; returns its exit code and output."""
     told = io.StringIO()
     argv, stdin = sys.argv, sys.stdin
     sys.argv, sys.stdin = ["look.py", *map(str, arguments)], io.StringIO("")

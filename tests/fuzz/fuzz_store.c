@@ -1,5 +1,6 @@
-/* The store of parameters above a flash with damaged content: the loaded set is one that each row accepts,
- * and a set that is saved afterwards is loaded the next time. usage: fuzz_store SEED SECONDS */
+/* The store of parameters on a flash with damaged content. Every value of the loaded set is in the range
+ * of its parameter, and a set that is saved afterwards is loaded the next time. usage: fuzz_store SEED
+ * SECONDS */
 #include "fuzz.h"
 
 #include "settings/params.h"

@@ -51,7 +51,7 @@ void recording_soil(void)
     memset(&rec.regs.cpu_timer, 0xA5, sizeof rec.regs.cpu_timer);
     memset(&rec.regs.adc, 0xFF, sizeof rec.regs.adc);
     for (uint32_t n = 0; n < 6u; n++) {
-        rec.regs.epwm[n].TZFLG = 0u; /* read only */
+        rec.regs.epwm[n].TZFLG = 0u; /* read-only register */
     }
 }
 
@@ -92,7 +92,7 @@ static void trip_registers(uint32_t address, uint32_t value)
     }
 }
 
-/* SCI-A as far as its receive FIFO goes. */
+/* Reads a register. Of SCI-A the receive FIFO is simulated. */
 uint16_t bus_read16(const volatile uint16_t *reg)
 {
     sci_regs_t *sci = &rec.regs.scia;
@@ -339,7 +339,7 @@ void bus_wait(uint32_t cycles)
     rec.nested += rec.allowed;
     if (rec.entries == 0u || rec.entry[rec.entries - 1u].did != DID_WAIT) {
         note(DID_WAIT, 0u, cycles);
-    } else { /* a poll is one wait */
+    } else { /* each poll counts as one wait */
         rec.entry[rec.entries - 1u].value += cycles;
     }
     recording_pass(cycles);

@@ -1,5 +1,5 @@
-/* The application above the real HAL, on a bus that records each access: which accesses are between
- * interrupts off and on, and which ones feed the watchdog. */
+/* The application above the real HAL, on a bus that records each access. The tests check which accesses
+ * are made with interrupts off, and which of them feed the watchdog. */
 #include <string.h>
 
 #include "app/app.h"
@@ -10,14 +10,15 @@
 #include "unity.h"
 
 #define LEGS 3u
-/* Register writes of a section: two dead bands a leg, and what the encoder's restart takes. */
+/* Register writes in a section with interrupts off: two dead bands per leg, and the writes that restart
+ * the encoder. */
 #define ENCODER_WRITES 3u
 
 static app_t the_app;
-static uint32_t judged;     /* [-] calls that take time */
-static uint32_t judged_off; /* [-] those of them while interrupts were off */
+static uint32_t judged;     /* [-] calls of the functions that take a long time */
+static uint32_t judged_off; /* [-] calls of them while interrupts were off */
 
-/* ---- functions that replace those that judge and prepare (CMakeLists.txt) ---- */
+/* ---- replacements of the functions that check and prepare parameters (CMakeLists.txt) ---- */
 
 bool noted_params_check(const params_t *params, params_error_t *why);
 bool noted_params_check_live(const params_t *now, const params_t *next, params_error_t *why);
@@ -74,11 +75,11 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.overflows, "the log was too short");
-    TEST_ASSERT_FALSE_MESSAGE(rec.allowed, "EALLOW left open");
+    TEST_ASSERT_FALSE_MESSAGE(rec.allowed, "EALLOW is still set");
     TEST_ASSERT_EQUAL_UINT32(0u, rec.nested);
 }
 
-/* Place of the only entry of its kind. */
+/* The index of the only entry of this kind. */
 static uint32_t only(did_t did)
 {
     uint32_t place = rec.entries;
@@ -92,7 +93,8 @@ static uint32_t only(did_t did)
     return place;
 }
 
-/* Checks that the log is one section without other accesses; returns how many registers it writes. */
+/* Checks that the log is one section with interrupts off, without other accesses; returns how many
+ * registers the section writes. */
 static uint32_t expect_one_section(void)
 {
     const uint32_t off = only(DID_INTERRUPTS_OFF);
@@ -114,8 +116,8 @@ static void expect_judged_with_interrupts_on(void)
 
 /* ---- parameters and requests ---- */
 
-/* Both registers of a leg's dead band are written with each set while the bridge is off, the encoder's only
- * where it is another one, and nothing while the bridge is on. */
+/* Each set writes both dead-band registers of each leg while the bridge is off, and the registers of the
+ * encoder only if its number of lines changes; while the bridge is on it writes nothing. */
 static void test_a_set_writes_its_registers_in_one_section(void)
 {
     static const struct {
@@ -180,7 +182,7 @@ static void test_a_request_is_judged_before_interrupts_are_off_and_writes_no_reg
 
 /* ---- background and watchdog ---- */
 
-/* A feeding is both keys in their order. */
+/* The number of feedings; a feeding is the write of both keys in their order. */
 static uint32_t feedings(void)
 {
     const uint32_t keys = recording_count(&rec.regs.sysctrl.WDKEY);
@@ -188,7 +190,7 @@ static uint32_t feedings(void)
     return keys / 2u;
 }
 
-/* Number of tasks in the list: they run alternately. */
+/* The number of tasks in the list, which take turns. */
 static uint32_t tasks(void)
 {
     const uint32_t first = app->task;
@@ -200,7 +202,7 @@ static uint32_t tasks(void)
     return count;
 }
 
-/* One interrupt at each place of the list is fed for once. */
+/* One interrupt allows one feeding, whatever task is next when it comes. */
 static void test_the_watchdog_is_fed_once_the_list_and_the_interrupt_have_come_round(void)
 {
     const uint32_t count = tasks();
@@ -217,13 +219,14 @@ static void test_the_watchdog_is_fed_once_the_list_and_the_interrupt_have_come_r
             const uint32_t before = feedings();
             app_background();
             if (feedings() != before) {
-                TEST_ASSERT_EQUAL_UINT32(0u, fed_at); /* only once */
+                TEST_ASSERT_EQUAL_UINT32(0u, fed_at); /* one feeding for one interrupt */
                 TEST_ASSERT_EQUAL_UINT32(0u, app->task);
                 fed_at = n;
             }
         }
-        /* The first task of a round detects it and the last one reports it: at the start of the list in the
-         * same round, anywhere else in the next one. */
+        /* The first task of a round reads that the interrupt has run, and the last task of that round
+         * feeds the watchdog. If the interrupt comes at the start of the list, that is in the same round,
+         * otherwise in the next one. */
         TEST_ASSERT_EQUAL_UINT32(place == 0u ? count : 2u * count - place, fed_at);
         TEST_ASSERT_EQUAL_UINT32(1u, feedings());
     }
@@ -242,7 +245,8 @@ static void test_each_call_is_one_task_with_one_short_section_at_most(void)
         for (uint32_t e = 0; e < rec.entries; e++) {
             const bool turns_off = rec.entry[e].did == DID_INTERRUPTS_OFF;
             off += turns_off;
-            TEST_ASSERT_TRUE(!turns_off || rec.entry[e + 1u].did == DID_INTERRUPTS_ON); /* no register */
+            /* No register is written in between. */
+            TEST_ASSERT_TRUE(!turns_off || rec.entry[e + 1u].did == DID_INTERRUPTS_ON);
         }
         TEST_ASSERT_TRUE(off <= 1u);
         TEST_ASSERT_TRUE(rec.interrupts_on);

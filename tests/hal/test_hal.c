@@ -1,5 +1,6 @@
-/* The HAL on a bus that records every access. Expected words are those of the field tables of the peripheral
- * guides (SPRUFB0, SPRUG04, SPRU812, SPRUG05), put together by hand; built once for each gate polarity. */
+/* The HAL on a bus that records every access. The expected words are calculated by hand from the field
+ * tables of the peripheral guides (SPRUFB0, SPRUG04, SPRU812, SPRUG05). The test is built once for each
+ * gate polarity. */
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,7 +13,7 @@
 #include "unity.h"
 
 #define PERIOD      15000u /* 150 MHz / 10 kHz */
-#define COUNT_MAX   9999u  /* 2500 lines */
+#define COUNT_MAX   9999u  /* 2500 lines, four edges each */
 #define VECTOR(n)   (UINT32_C(0x300000) + (n))
 #define ASSERT(...) TEST_ASSERT_TRUE_MESSAGE(__VA_ARGS__)
 
@@ -63,7 +64,7 @@ void tearDown(void)
                                      "EALLOW and EDIS do not pair, or time passes in between");
 }
 
-/* ---- Start-up: words ---- */
+/* ---- Start-up: values of the registers ---- */
 
 static bool is_wide(uint32_t address)
 {
@@ -141,15 +142,16 @@ static void test_start_up_sets_the_converter_to_four_pairs(void)
     recording_soil();
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
-        {&ADC->ADCTRL1, 0x0410u},        {&ADC->ADCTRL2, 0x4900u}, /* RST_SEQ1 in RAM stays */
+        {&ADC->ADCTRL1, 0x0410u},        {&ADC->ADCTRL2, 0x4900u}, /* RST_SEQ1 stays set. */
         {&ADC->ADCTRL3, 0x00E1u},        {&ADC->ADCMAXCONV, 3u},
         {&ADC->ADCCHSELSEQ[0], 0x2102u}, {&ADC->ADCST, 0x0010u},
     };
     ASSERT_REGISTERS(expected);
 }
 
-/* SPRS439, simultaneous sampling: start 2.5, window 1 + ACQ_PS, next pair 3 + ACQ_PS ADCCLK of 40 ns; ACQ_PS
- * 4 is in the word 0x0410. 14.5 x 40 ns = 580 ns = 87 / 150 MHz. */
+/* The hold by SPRS439, simultaneous sampling: 2.5 ADCCLK for the start, 1 + ACQ_PS for the first window, 3
+ * + ACQ_PS for the next pair, with an ADCCLK of 40 ns. ACQ_PS is 4, in the word 0x0410. 14.5 x 40 ns = 580
+ * ns = 87 / 150 MHz. */
 static void test_currents_are_held_at_counter_zero(void)
 {
     const double adcclk = 40e-9;
@@ -157,17 +159,22 @@ static void test_currents_are_held_at_counter_zero(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, held, (double)ADC_LEAD / (double)HAL_CLOCK_HZ);
 }
 
-/* The enable input, GPIO27, is enabled by a high level: without its pull-up an open wire is low. */
+/* A high level at GPIO27, the enable input, enables the drive. Its pull-up is off, so that an open wire
+ * reads as low. */
 static void test_start_up_connects_gates_fault_line_encoder_serial_line_and_enable_input(void)
 {
     rec.regs.gpio_control[0].DIR = 0x08000000u;
     rec.regs.gpio_control[0].PUD = 0x3000FFFFu;
-    rec.regs.gpio_control[0].MUX2 = 0x50000000u; /* a CAN port that another program set up */
+    rec.regs.gpio_control[0].MUX2 = 0x50000000u; /* another program has assigned a CAN port */
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
-        {&GPIO_CONTROL(0u)->MUX1, 0x01000555u},  {&GPIO_CONTROL(0u)->MUX2, 0x55005500u},
-        {&GPIO_CONTROL(0u)->QSEL1, 0x03000000u}, {&GPIO_CONTROL(0u)->QSEL2, 0x03000000u},
-        {&GPIO_CONTROL(0u)->PUD, 0x0800EFFFu},   {&GPIO_CONTROL(0u)->DIR, 0xC0000000u}, /* chopper, brake */
+        {&GPIO_CONTROL(0u)->MUX1, 0x01000555u},
+        {&GPIO_CONTROL(0u)->MUX2, 0x55005500u},
+        {&GPIO_CONTROL(0u)->QSEL1, 0x03000000u},
+        {&GPIO_CONTROL(0u)->QSEL2, 0x03000000u},
+        {&GPIO_CONTROL(0u)->PUD, 0x0800EFFFu},
+        /* Chopper and brake are outputs. */
+        {&GPIO_CONTROL(0u)->DIR, 0xC0000000u},
     };
     ASSERT_REGISTERS(expected);
 }
@@ -236,7 +243,7 @@ static void test_only_the_interrupts_of_the_application_are_enabled(void)
 
 /* ---- Start-up: order and protection ---- */
 
-/* SPRUFB0 "EALLOW-protected registers", as far as this map goes. */
+/* The registers of SPRUFB0, "EALLOW-protected registers", that this register map contains. */
 static bool is_protected(uint32_t address)
 {
     const uint32_t of_epwm = (address - 0x6800u) % 0x40u;
@@ -244,8 +251,8 @@ static bool is_protected(uint32_t address)
         return of_epwm == 0x12u || of_epwm == 0x14u || of_epwm == 0x15u || of_epwm == 0x17u ||
                of_epwm == 0x18u || of_epwm == 0x20u;
     }
-    /* ADCREFSEL and ADCOFFTRIM: SPRU812 names no protection, but TI's own calibration writes them with EALLOW
-     * open. */
+    /* For ADCREFSEL and ADCOFFTRIM SPRU812 states no protection, but TI's own calibration function writes
+     * them with EALLOW set. */
     if (address == 0x711Cu || address == 0x711Du) {
         return true;
     }
@@ -305,7 +312,7 @@ static void test_pll_follows_the_manual_step_by_step(void)
         TEST_ASSERT_EQUAL_HEX32(step[i].value, rec.entry[next].value);
         if (i == 3u) {
             TEST_ASSERT_EQUAL_MESSAGE(DID_WAIT, rec.entry[next - 1u].did, "no wait for the lock");
-            ASSERT(rec.entry[next - 1u].value >= 32768u, "went on before the lock");
+            ASSERT(rec.entry[next - 1u].value >= 32768u, "the start continued before the lock");
         }
         at = next + 1u;
     }
@@ -332,14 +339,16 @@ static void test_carrier_starts_last_and_does_not_count_before(void)
     const uint32_t first = recording_find(0u, &SYSCTRL->PCLKCR0);
     TEST_ASSERT_EQUAL_HEX32(0x0408u, rec.entry[first].value);
     TEST_ASSERT_EQUAL_UINT32(2u, recording_count(&SYSCTRL->PCLKCR0));
-    /* The unit timer of the encoder starts within its tolerance of the carrier: no wait in between. */
+    /* The unit timer of the encoder starts within its tolerance of the start of the carrier: no wait is
+     * between them. */
     const uint32_t unit = recording_find_value(0u, &EQEP(1u)->QEPCTL, 0x900Eu);
     TEST_ASSERT_EQUAL_UINT32(rec.entries - 3u, unit);
 }
 
-/* The first write of this value, or of any value, to a register; or another event of the bus. */
+/* The first write of a value to a register, or the first write to it of any value, or another event of the
+ * bus. */
 typedef struct {
-    const volatile void *reg; /* NULL: `did` */
+    const volatile void *reg; /* NULL: the event `did` */
     uint32_t value;
     did_t did;
 } event_t;
@@ -378,8 +387,8 @@ static void expect_order(const event_t *first, const event_t *then, const char *
     TEST_ASSERT_TRUE_MESSAGE(place_of(then) < rec.entries, why);
 }
 
-/* SPRU812: the reference is chosen before the converter is powered. A chip that was started again without a
- * reset still has the enables and requests of the program before. */
+/* SPRU812: the reference is selected before the converter is powered. A chip that is started again without
+ * a reset still has the interrupt enables and requests of the earlier program. */
 static void test_start_up_keeps_the_order_of_its_steps(void)
 {
     rec.otp[0] = 0x1234u;
@@ -396,12 +405,13 @@ static void test_start_up_keeps_the_order_of_its_steps(void)
         {WRITE(FLASH_REGS->FOPT, ANY), FAST_CLOCK, "pipeline"},
         {WRITE(SYSCTRL->PCLKCR0, ANY), WRITE(SYSCTRL->PCLKCR3, ANY), "clocks"},
         {WRITE(SYSCTRL->PCLKCR1, ANY), WRITE(SYSCTRL->PCLKCR3, ANY), "clocks"},
-        {WRITE(CPU_TIMER(0u)->TCR, TCR_TRB | TCR_FREE), DOES(DID_WAIT), "time runs before anything waits"},
+        {WRITE(CPU_TIMER(0u)->TCR, TCR_TRB | TCR_FREE), DOES(DID_WAIT),
+         "the timer runs before the first wait"},
         {WRITE(GPIO_CONTROL(0u)->QSEL1, ANY), FAULT_LINE, "the fault line is asynchronous"},
-        {FAULT_LINE, PINS_CONNECTED, "the fault line is heard before a gate pin moves"},
-        {WRITE(PIE->PIECTRL, 0u), FIRST_VECTOR, "interrupts of the program before"},
-        {DOES(DID_DISABLE_GROUPS), FIRST_VECTOR, "its enables"},
-        {DOES(DID_CLEAR_PENDING), FIRST_VECTOR, "its requests"},
+        {FAULT_LINE, PINS_CONNECTED, "the fault line acts before a gate pin changes"},
+        {WRITE(PIE->PIECTRL, 0u), FIRST_VECTOR, "interrupts of the earlier program"},
+        {DOES(DID_DISABLE_GROUPS), FIRST_VECTOR, "enables of the earlier program"},
+        {DOES(DID_CLEAR_PENDING), FIRST_VECTOR, "requests of the earlier program"},
         {WRITE(PIE_VECTORS->vector[32], VECTOR(1u)), WRITE(PIE->PIECTRL, 1u), "vector of the sample"},
         {WRITE(PIE_VECTORS->vector[40], VECTOR(2u)), WRITE(PIE->PIECTRL, 1u), "vector of the trip"},
         {WRITE(PIE->PIECTRL, 1u), WRITE(PIE->group[0].IER, 1u), "interrupts"},
@@ -417,7 +427,7 @@ static void test_start_up_keeps_the_order_of_its_steps(void)
                                 WRITE(EPWM(n)->DBCTL, ANY)};
         const event_t trip = WRITE(EPWM(n)->TZFRC, TZ_OST), pins = PINS_CONNECTED;
         for (uint32_t m = 0; m < 3u; m++) {
-            expect_order(&safe[m], &trip, "what a trip does");
+            expect_order(&safe[m], &trip, "the action of a trip is set before the trip");
         }
         expect_order(&trip, &pins, "every leg is tripped before its pins are connected");
         TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->TZCLR) == rec.entries);
@@ -428,11 +438,11 @@ static void test_start_up_keeps_the_order_of_its_steps(void)
         expect_order(&enables, &vectors, "enables of the PIE");
         expect_order(&requests, &vectors, "requests of the PIE");
     }
-    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "the forced trip interrupts");
+    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "the forced trip must not request an interrupt");
 }
 
-/* [cycles] The pipeline is flushed, a module has its clock, a pin follows its multiplexer, and the converter
- * has its 5 ms at 150 MHz. */
+/* The waits [cycles]: for the pipeline, for the clock of a module, for a pin after its multiplexer, and
+ * for the converter 5 ms at 150 MHz. */
 static void test_start_up_waits_for_what_takes_time(void)
 {
     TEST_ASSERT_EQUAL(HAL_OK, start());
@@ -464,7 +474,7 @@ static void test_a_debugger_may_look_while_the_program_runs_and_halts_the_backgr
     TEST_ASSERT_TRUE(rec.debug_allowed);
     TEST_ASSERT_EQUAL_HEX16(0x2003u, rec.debug_groups);
     TEST_ASSERT_EQUAL_HEX16(rec.groups & ~0x0100u,
-                            rec.debug_groups); /* octets wait for the background anyway */
+                            rec.debug_groups); /* received octets may wait for the background task */
 }
 
 static void test_an_erased_calibration_is_left_alone(void)
@@ -481,16 +491,17 @@ static void test_an_erased_calibration_is_left_alone(void)
 static void assert_refused_untouched(void)
 {
     TEST_ASSERT_EQUAL(HAL_BAD_CONFIG, start());
-    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.entries, "touched the chip");
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.entries, "the chip was accessed");
 }
 
-/* The dead band has its limits, the encoder's count is of four edges a line, and no function is missing. */
+/* The refused values are a dead band outside its limits, a count of the encoder that does not match four
+ * edges per line, and a missing function. */
 static void test_a_configuration_out_of_its_range_is_refused(void)
 {
     static const struct {
         uint16_t dead_band;
         uint32_t count_max;
-        uint32_t missing; /* function, from 1; 0: none */
+        uint32_t missing; /* number of the missing function from 1; 0: none */
         bool taken;
     } cases[] = {{299u, COUNT_MAX, 0u, false}, {1024u, COUNT_MAX, 0u, false}, {0u, COUNT_MAX, 0u, false},
                  {300u, COUNT_MAX, 0u, true},  {1023u, COUNT_MAX, 0u, true},  {375u, 0u, 0u, false},
@@ -531,16 +542,16 @@ static void assert_left_safe_and_slow(void)
     assert_every_write_is_as_the_register_wants_it();
 }
 
-/* A clock that is missing from the start leaves the PLL unchanged; one that is lost while it locks, or a lock
- * that is a cycle too late, leaves it divided as it was; a leg that takes no trip keeps all pins
- * disconnected. While it waits for the lock the chip runs at 7.5 MHz: three lock times at least, and no more
- * than 150 ms. */
+/* A clock that is missing from the start leaves the PLL unchanged. If the clock is lost during the lock,
+ * or the lock comes a cycle too late, the PLL keeps its divider. If a leg ignores its trip, all gate pins
+ * stay disconnected. The chip runs at 7.5 MHz while it waits for the lock: it waits for at least three
+ * lock times and at most 150 ms. */
 static void test_a_start_that_fails_leaves_the_board_safe(void)
 {
     static const struct {
         bool missing, lost;
         uint64_t lock;      /* [cycles] */
-        uint16_t trip_deaf; /* bit of a leg */
+        uint16_t trip_deaf; /* bit of the leg that ignores its trip */
         hal_status_t status;
     } cases[] = {{true, false, 32768u, 0u, HAL_CLOCK_MISSING},
                  {false, true, 32768u, 0u, HAL_CLOCK_MISSING},
@@ -603,7 +614,8 @@ static void test_gates_come_on_after_start_up_and_arm_the_trip_interrupt(void)
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(2u)->TZEINT | EPWM(3u)->TZEINT);
     const uint32_t arm = recording_find(0u, &EPWM(1u)->TZEINT);
     for (uint16_t n = 1u; n <= 3u; n++) {
-        ASSERT(recording_find_value(0u, &EPWM(n)->TZCLR, 0x0005u) < arm, "armed before the trip was cleared");
+        ASSERT(recording_find_value(0u, &EPWM(n)->TZCLR, 0x0005u) < arm,
+               "the interrupt was enabled before the trip was cleared");
     }
     TEST_ASSERT_EQUAL_UINT32(4u, rec.entries);
 }
@@ -680,7 +692,7 @@ static void test_gates_off_trips_all_legs_without_interrupt(void)
     recording_clear_log();
     hal_gates_off();
     TEST_ASSERT_EQUAL_UINT16(3u, legs_tripped());
-    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "a forced trip interrupts");
+    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "a forced trip must not request an interrupt");
     TEST_ASSERT_EQUAL_UINT32(4u, rec.entries);
     TEST_ASSERT_TRUE(hal_gates_on());
 }
@@ -705,7 +717,7 @@ static void test_compare_values_reach_their_legs_and_end_at_full_duty(void)
 
 static void test_dead_band_and_encoder_stay_unless_every_leg_is_tripped(void)
 {
-    for (uint32_t n = 0; n < 4u; n++) { /* leg n alone on; n = 3: all on */
+    for (uint32_t n = 0; n < 4u; n++) { /* n < 3: leg n alone is on; n = 3: all legs are on */
         recording_reset();
         start_and_forget();
         for (uint32_t leg = 0; leg < 3u; leg++) {
@@ -721,7 +733,7 @@ static void test_dead_band_and_encoder_stay_unless_every_leg_is_tripped(void)
 
 static uint32_t carrier_start; /* hal_time() at t_0 */
 
-/* The chip `ticks` after t_0: time, carrier and unit timer as the hardware would show them. */
+/* Sets time, carrier and unit timer to the values that the hardware has `ticks` after t_0. */
 static void at(uint32_t ticks)
 {
     const uint32_t phase = ticks % PERIOD;
@@ -757,14 +769,14 @@ static void test_sample_drops_the_first_pair_and_reads_the_right_justified_resul
     rec.regs.eqep[0].QPOSLAT = 0x12345u;
     rec.regs.eqep[0].QPOSCNT = 0x12399u;
     const hal_samples_t samples = sample_at(PERIOD + 100u);
-    TEST_ASSERT_EQUAL_UINT16(102u, samples.current_a);         /* A0, second time */
-    TEST_ASSERT_EQUAL_UINT16(103u, samples.current_b);         /* B0 */
-    TEST_ASSERT_EQUAL_UINT16(104u, samples.dc_link);           /* A1 */
-    TEST_ASSERT_EQUAL_UINT16(105u, samples.sink_temperature);  /* B1 */
-    TEST_ASSERT_EQUAL_UINT16(106u, samples.motor_temperature); /* A2 */
+    TEST_ASSERT_EQUAL_UINT16(102u, samples.current_a);         /* channel A0, second sample */
+    TEST_ASSERT_EQUAL_UINT16(103u, samples.current_b);         /* channel B0 */
+    TEST_ASSERT_EQUAL_UINT16(104u, samples.dc_link);           /* channel A1 */
+    TEST_ASSERT_EQUAL_UINT16(105u, samples.sink_temperature);  /* channel B1 */
+    TEST_ASSERT_EQUAL_UINT16(106u, samples.motor_temperature); /* channel A2 */
     TEST_ASSERT_EQUAL_HEX32(0x12345u, samples.encoder);
     TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_TRIPPED, samples.flags);
-    TEST_ASSERT_EQUAL_UINT32_MESSAGE(1u, rec.entries, "one store a sample");
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(1u, rec.entries, "a sample makes one write");
 }
 
 static void test_each_sample_reports_whether_the_enable_input_is_active(void)
@@ -801,20 +813,22 @@ static void test_phase_error_of_the_encoder_is_reported_once(void)
     rec.regs.eqep[0].QFLG = QEP_PHE | QEP_UTO;
     recording_clear_log();
     TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_ENCODER, sample_at(PERIOD + 100u).flags);
-    TEST_ASSERT_EQUAL_HEX16_MESSAGE(QEP_UTO, EQEP(1u)->QFLG, "cleared more than the error");
+    TEST_ASSERT_EQUAL_HEX16_MESSAGE(QEP_UTO, EQEP(1u)->QFLG, "another flag than the error was cleared");
     TEST_ASSERT_EQUAL_HEX16(0u, sample_at(2u * PERIOD + 100u).flags);
 }
 
-/* ---- Late: t_k is found again and is one period after the last ---- */
+/* ---- A late interrupt: t_k is found again, one period after the last ---- */
 
 static uint16_t late_at(uint32_t ticks)
 {
     return sample_at(ticks).flags & HAL_FLAG_LATE;
 }
 
-typedef enum { NO_MORE, IN_TIME, LATE, ENDS } timing_t; /* of a sample, or of the interrupt */
+/* The events of a course are a sample that is in time, a sample that is late, and the end of the
+ * interrupt. */
+typedef enum { NO_MORE, IN_TIME, LATE, ENDS } timing_t;
 
-/* From a start of the carrier on: `at` that event, in ticks of the period `period`. */
+/* Events from a start of the carrier on; each is at tick `at` of period `period`. */
 static const struct {
     const char *name;
     struct {
@@ -835,7 +849,7 @@ static const struct {
       {IN_TIME, 10, 0}}},
     {"after the next conversion began",
      {{IN_TIME, 1, PERIOD - 88}, {LATE, 2, PERIOD - 87}, {LATE, 3, PERIOD - 1}, {IN_TIME, 4, 100}}},
-    {"in the next period", /* the second is meant for period 2 */
+    {"in the next period", /* the second sample belongs to period 2 */
      {{IN_TIME, 1, 100}, {LATE, 3, 100}, {IN_TIME, 4, 100}, {LATE, 7, 100}}},
     {"a second one of the same period", {{IN_TIME, 1, 100}, {LATE, 1, 2000}, {IN_TIME, 2, 100}}},
     {"the first one", {{IN_TIME, 1, 80}}},
@@ -869,7 +883,7 @@ static void test_a_sample_is_late_unless_its_own_period_goes_on(void)
     }
 }
 
-/* As after a debugger's halt. Also for more than half a turn of the clock. */
+/* A halt of the debugger makes such a gap. The same holds for a gap of more than half a turn of the clock. */
 static void test_ten_samples_after_a_gap_of_ten_periods_are_late(void)
 {
     static const uint32_t gap[] = {10u, 500u, 200000u, 286000u};
@@ -907,7 +921,7 @@ static void test_end_of_sample_rearms_sequencer_flag_and_group_in_this_order(voi
     start_carrier();
     (void)sample_at(PERIOD + 100u);
     recording_clear_log();
-    rec.regs.adc.ADCTRL2 = 0xFFFFu; /* nothing that was read comes back */
+    rec.regs.adc.ADCTRL2 = 0xFFFFu; /* the sequencer restart must not write back the bits that it reads */
     hal_end_of_sample();
     TEST_ASSERT_EQUAL_UINT32(3u, rec.entries);
     TEST_ASSERT_EQUAL_UINT32(0u, recording_find_value(0u, &ADC->ADCTRL2, 0x4900u));
@@ -969,8 +983,10 @@ static void test_time_counts_up_at_150_MHz(void)
     TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, CPU_TIMER(0u)->PRD);
     TEST_ASSERT_EQUAL_HEX16_MESSAGE(0u, CPU_TIMER(0u)->TPR | CPU_TIMER(0u)->TPRH, "prescaled");
     TEST_ASSERT_BITS(TCR_TSS | TCR_TIE, 0u, CPU_TIMER(0u)->TCR);
-    TEST_ASSERT_BITS_MESSAGE(TCR_FREE, TCR_FREE, CPU_TIMER(0u)->TCR, "stands while a debugger halts");
-    TEST_ASSERT_BITS_MESSAGE(TCR_TSS, TCR_TSS, CPU_TIMER(1u)->TCR, "timer 1 holds a value and must stand");
+    TEST_ASSERT_BITS_MESSAGE(TCR_FREE, TCR_FREE, CPU_TIMER(0u)->TCR,
+                             "the timer must count while a debugger halts the CPU");
+    TEST_ASSERT_BITS_MESSAGE(TCR_TSS, TCR_TSS, CPU_TIMER(1u)->TCR,
+                             "timer 1 holds a value and must not count");
     const uint32_t before = hal_time();
     recording_pass(12345u);
     TEST_ASSERT_EQUAL_UINT32(12345u, hal_time() - before);

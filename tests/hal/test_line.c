@@ -1,4 +1,5 @@
-/* The serial line and the stored pages of the HAL on the recording bus. Words: SPRUFZ5. */
+/* The serial line and the stored pages of the HAL on the recording bus. The registers of the serial
+ * line are described in SPRUFZ5. */
 #include "hal/f28335/flash.h"
 #include "hal/hal.h"
 #include "tests/hal/recording_bus.h"
@@ -61,7 +62,8 @@ static void test_start_up_sets_eight_bits_at_the_board_s_rate_with_both_fifos(vo
     TEST_ASSERT_EQUAL_UINT32(0u, hal_serial_errors());
 }
 
-/* 37.5 MHz / (8 x 244) = 19211 bit/s, 0.06 % above; / (8 x 488) = 9605. The module is in reset meanwhile. */
+/* 37.5 MHz / (8 x 244) = 19211 bit/s, 0.06 % too high; 37.5 MHz / (8 x 488) = 9605 bit/s. The module is
+ * held in reset during the change. */
 static void test_another_rate_is_the_nearest_of_the_divider(void)
 {
     start();
@@ -98,7 +100,7 @@ static void test_before_start_up_there_is_no_line(void)
     TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
 }
 
-/* It reports why the rest did not start. */
+/* The line then reports why the rest of the drive did not start. */
 static void test_the_line_is_there_on_a_board_that_does_not_take_its_trip(void)
 {
     const hal_config_t config = {375u, 9999u, on_interrupt, on_interrupt, on_interrupt, on_interrupt};
@@ -197,7 +199,8 @@ static void test_pages_are_sectors_c_and_b(void)
     TEST_ASSERT_EQUAL_HEX16(0u, hal_store_word(2u, 0u));
 }
 
-/* Interrupts and watchdog off before, the interrupt's code back and both on again after, in this order. */
+/* Interrupts and watchdog are off before the access; afterwards the code of the interrupt is copied back
+ * and both are on again, in this order. */
 static void assert_guarded(uint32_t first, uint32_t last)
 {
     const uint32_t dog_off = recording_find_value(0u, &SYSCTRL->WDCR, 0x0068u);
@@ -240,7 +243,7 @@ static void test_words_are_programmed_one_by_one_and_read_back(void)
     TEST_ASSERT_TRUE(hal_store_program(0u, 0u, words, 0u));
 
     recording_clear_log();
-    const uint16_t ones = 0x3334u; /* bit 2 is 0 already */
+    const uint16_t ones = 0x3334u; /* bit 2 is 0 in the flash already */
     TEST_ASSERT_FALSE(hal_store_program(1u, HAL_STORE_WORDS - 1u, &ones, 1u));
 }
 
@@ -255,7 +258,7 @@ static void test_a_watchdog_that_did_not_run_stays_off(void)
 static void test_with_gates_on_or_beyond_the_pages_nothing_is_done(void)
 {
     const uint16_t words[2] = {0u, 0u};
-    TEST_ASSERT_FALSE(hal_store_erase(0u)); /* before hal_init nothing is tripped */
+    TEST_ASSERT_FALSE(hal_store_erase(0u)); /* before hal_init the gates are not tripped */
     start();
     TEST_ASSERT_FALSE(hal_store_erase(2u));
     TEST_ASSERT_FALSE(hal_store_program(2u, 0u, words, 1u));
@@ -278,12 +281,12 @@ static void test_a_flash_that_does_not_follow_is_reported(void)
     rec.flash_broken = true;
     TEST_ASSERT_FALSE(hal_store_erase(0u));
     TEST_ASSERT_FALSE(hal_store_program(0u, 8u, words, 2u));
-    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, hal_store_word(0u, 9u)); /* the first failure ends it */
+    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, hal_store_word(0u, 9u)); /* the first failure ends the write */
     TEST_ASSERT_TRUE(rec.interrupts_on);
 }
 
-/* 31457280 = 1048576 x 200 ns over 6.667 ns, as in TI's header for 150 MHz; and no call-back function.
- */
+/* The clock in the units of the API: 31457280 = 1048576 x 200 ns/6.667 ns, as in TI's header for 150 MHz.
+ * The API gets no call-back function. */
 static void test_the_clock_is_given_to_the_flash_api(void)
 {
     start();
@@ -296,8 +299,8 @@ static void test_the_clock_is_given_to_the_flash_api(void)
     flash_end();
 }
 
-/* A build without the library, and one with another version: nothing is erased, and the interrupt's code is
- * back before it may come. */
+/* In a build without the library, or with another version of it, no word is erased, and the code of the
+ * interrupt is back before the interrupt is enabled. */
 static void test_without_the_right_flash_api_nothing_is_done(void)
 {
     for (uint32_t n = 0; n < 2u; n++) {

@@ -1,5 +1,5 @@
-/* Courses of a drive as data, for the tests of the campaign's judgement. Included once by a test program.
- * */
+/* Sequences of values of a drive as data, for the tests of the campaign's judgement. A test program
+ * includes this file once. */
 #ifndef TESTS_LAB_COURSES_H
 #define TESTS_LAB_COURSES_H
 
@@ -9,13 +9,13 @@
 #include "settings/reasons.h"
 #include "tests/lab/watched.h"
 
-/* Gates on or all off, now. */
+/* Turns the gates on or all off at the present time. */
 static void gates(bool on)
 {
     campaign_watch_edge(&watch, 0u, (uint32_t)RIG_EDGE_GATES, on ? 0x15u : 0u);
 }
 
-/* A choice or a reason by its name, else a number. */
+/* The value of a choice or a reason by its name, otherwise a number. */
 static double value_by_name(const table_row_t *row, const char *name, size_t length)
 {
     const char *choice = row->choices;
@@ -37,7 +37,7 @@ static double value_by_name(const table_row_t *row, const char *name, size_t len
     return value;
 }
 
-/* "row=value row=value": written in this order; the row gates is the edge. */
+/* Writes "row=value row=value" in this order; the row `gates` makes a gate edge. */
 static void set_rows(const char *sets)
 {
     while (*sets != '\0') {
@@ -63,7 +63,7 @@ static void set_rows(const char *sets)
     }
 }
 
-/* This number of periods with the values of the slots. */
+/* Runs this number of seconds with the present values of the slots. */
 static void pass(double seconds)
 {
     const uint32_t periods = campaign_periods(seconds);
@@ -75,19 +75,19 @@ static void pass(double seconds)
 #define PERIOD RIG_PERIOD_SECONDS
 #define HELD   (-1)
 
-/* The values that a drive shows, step by step, and the verdict: held in all steps before the last one, and in
- * the last one HELD or the violated invariant. */
+/* The values that a drive shows, step by step, and the verdict. The verdict is HELD in all steps before
+ * the last one; in the last one it is HELD or the violated invariant. */
 typedef struct {
-    const char *what, *fault; /* of the course; of campaign_faults, "": none */
-    double value, lasts;      /* the fault's [its row's unit], [s]; 0: to the end */
+    const char *what, *fault; /* name of the course; fault in campaign_faults, "" if none */
+    double value, lasts;      /* value of the fault [unit of its row] and its duration [s]; 0: to the end */
     struct {
         const char *set;
         double seconds;
     } steps[9];
     int violated;
-    const char *row;  /* which the violation names; NULL: not judged here */
-    uint32_t periods; /* that the violation has lasted; 0: not judged here */
-    uint32_t excused; /* what must be among the excuses */
+    const char *row;  /* the row that the violation names; NULL: not checked */
+    uint32_t periods; /* number of periods for which the violation has lasted; 0: not checked */
+    uint32_t excused; /* the excuses that must be among the recorded ones */
 } course_t;
 
 static void inject(const char *fault, double value, double lasts)
@@ -110,7 +110,7 @@ static void expect(int violated, const char *what)
     TEST_ASSERT_EQUAL_MESSAGE(violated != HELD, watch.stop != 0, what);
 }
 
-/* From what is injected on. */
+/* Runs the course, which begins when the fault is injected. */
 static void follow(const course_t *course)
 {
     for (size_t n = 0; n < 9u && course->steps[n].set != NULL; n++) {

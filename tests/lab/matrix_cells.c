@@ -1,8 +1,8 @@
-/* What test_matrix_mutations.py links against a mutated firmware: runs cells of the fault matrix and prints a
- * line for each, "name red reason", red 0 if it is as promised.
- *
- * usage: matrix_cells [CELL...], names or beginnings of them; without one all that occur. Ends with 0 for any
- * result, with 2 if no cell was selected or the rig refused. */
+/* The program that test_matrix_mutations.py links with a mutated firmware. It runs cells of the fault
+ * matrix and prints a line "name red reason" for each, in which red is 0 if the reaction is as promised.
+ * usage: matrix_cells [CELL...] with names of cells or their beginnings; without arguments all cells that
+ * can occur are run. The exit code is 0 for any result, 2 if no cell was selected or the simulation
+ * refused. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 #include "host_sim/lab/matrix.h"
 #include "settings/reasons.h"
 
-/* name NULL: all. */
+/* Runs a cell; name NULL runs all. */
 static int run(const char *name, matrix_cell_t *cells)
 {
     const matrix_choice_t choice = {.cell = name};

@@ -1,6 +1,6 @@
-/* Broken scenario files: each is refused with file, line, column, the offending name and what would have been
- * accepted. Damaged ones: tests/fuzz/fuzz_readers.c. LAGLESS_BROKEN is tests/lab/broken.txt, which
- * describes its own format. */
+/* Broken scenario files: each is refused with file, line, column, the offending name and what would have
+ * been accepted. tests/fuzz/fuzz_readers.c tests damaged files. LAGLESS_BROKEN is tests/lab/broken.txt,
+ * which describes its format in its first lines. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -44,7 +44,7 @@ static void load_broken(void)
             TEST_ASSERT_TRUE(file_count < CASES);
             file_count++;
         } else if (file_count == 0u) {
-            continue; /* what is said above the first */
+            continue; /* the description of the format, before the first case */
         }
         append(line);
         append(with_head ? HEAD : "");
@@ -59,7 +59,7 @@ static void expect_one_line(const char *text)
     }
 }
 
-/* The text begins like this, and contains each of the parts, which " & " separates. */
+/* The text begins with this, and it contains each of the parts, which " & " separates. */
 static void expect_message(const scenario_error_t *error, const char *file, const char *begin,
                            const char *parts)
 {
@@ -94,7 +94,7 @@ static void expect_refusal(const char *file, const char *begin, const char *part
 
 static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
 {
-    TEST_ASSERT_TRUE_MESSAGE(file_count >= 70u, "broken files are there");
+    TEST_ASSERT_TRUE_MESSAGE(file_count >= 70u, "broken.txt has too few cases");
     for (size_t n = 0; n < file_count; n++) {
         char line[LINE_SIZE];
         scenario_error_t error;
@@ -139,7 +139,7 @@ static void test_what_is_not_a_file_is_refused_and_does_not_block(void)
 static void test_file_without_permission(void)
 {
     if (geteuid() == 0) {
-        TEST_IGNORE_MESSAGE("root may read everything");
+        TEST_IGNORE_MESSAGE("the user root may read every file");
     }
     write_file("secret.toml", "schema = 1\n", 11u);
     chmod(path, 0);
@@ -147,13 +147,13 @@ static void test_file_without_permission(void)
     unlink(path);
 }
 
-/* The first two are empty files. The others were found by fuzzing: on these toml++ 3.3 fails an assertion or
- * runs into undefined behaviour, so that these texts are not passed to it. */
+/* The first two files are empty. The others were found by fuzzing: toml++ 3.3 fails an assertion or has
+ * undefined behaviour with them, so that these texts must not be passed to it. */
 static void test_text_that_is_not_toml_is_refused_with_its_place(void)
 {
     static const struct {
         const char *text, *told;
-        size_t octets; /* 0: up to its end */
+        size_t octets; /* number of octets; 0: up to the end of the text */
     } rows[] = {
         {"", "x:1:1: schema: it is missing", 0u},
         {"\0", "x:1:1: TOML: not TOML", 1u},
@@ -176,7 +176,8 @@ static void test_text_that_is_not_toml_is_refused_with_its_place(void)
     }
 }
 
-/* Lines of Windows and a byte order mark; brackets and dots in texts and comments, which do not count. */
+/* Files with Windows line ends and a byte order mark, and files with brackets and dots in texts and
+ * comments, where they have no meaning. */
 static void test_files_of_other_editors_are_accepted(void)
 {
     static const char *const texts[] = {
@@ -205,7 +206,7 @@ static void test_file_that_is_too_large(void)
     memset(content, '#', octets);
     write_file("large.toml", content, octets);
     expect_refusal(path, " file: ", "is too large & accepted up to 1048576 octets");
-    write_file("large.toml", content, octets - 1u); /* one long comment: nothing in it */
+    write_file("large.toml", content, octets - 1u); /* one long comment without a setting */
     expect_refusal(path, "1:1: schema: ", "it is missing");
     unlink(path);
     free(content);
@@ -221,7 +222,7 @@ static void expect_too_deep(const char *content, size_t octets, uint32_t column)
     TEST_ASSERT_NOT_NULL(strstr(error.message, "nested too deeply; accepted: up to 16 brackets"));
 }
 
-/* Either would overflow the stack of the program that frees the tree. */
+/* Both texts would overflow the stack of the library when it frees the tree. */
 static void test_deep_nesting_is_refused(void)
 {
     const size_t octets = TOML_OCTETS_MAX;
@@ -229,17 +230,18 @@ static void test_deep_nesting_is_refused(void)
     TEST_ASSERT_NOT_NULL(content);
     memset(content, '[', octets);
     memcpy(content, "deep = ", 7u);
-    expect_too_deep(content, octets, 7u + 17u); /* the 17th bracket */
+    expect_too_deep(content, octets, 7u + 17u); /* position of the 17th bracket */
     for (size_t n = 0; n < octets; n++) {
         content[n] = n % 2u == 0u ? 'a' : '.';
     }
     memcpy(content, "deep", 4u);
     content[4] = '.';
-    expect_too_deep(content, octets, 132u); /* dots at 4, 5, 7, 9, ...: the 65th at 131, counted from 0 */
+    /* Dots are at 4, 5, 7, 9, ...: the 65th is at 131, counted from 0. */
+    expect_too_deep(content, octets, 132u);
     free(content);
 }
 
-/* Each of these entries has the whole path in its messages; the paths of all would be 5 GB. */
+/* Every entry has its whole path in its messages; the paths of all entries together would be 5 GB. */
 static void test_many_keys_below_a_long_one_fit_into_memory(void)
 {
     const size_t octets = TOML_OCTETS_MAX;

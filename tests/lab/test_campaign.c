@@ -1,4 +1,5 @@
-/* The campaign: its draws, its verdicts, and their independence of cores and shards. */
+/* The campaign: its random choices, its verdicts, and that they depend neither on the number of cores nor
+ * on shards. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,7 +27,7 @@ static void test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds(v
             TEST_ASSERT_TRUE(u >= 0.0 && u < 1.0);
             bins[(uint32_t)(u * BINS)]++;
         }
-        /* chi^2 of 15 degrees of freedom: above 44.3 once in 10000 */
+        /* chi^2 with 15 degrees of freedom exceeds 44.3 once in 10000 cases. */
         double chi_square = 0.0;
         for (uint32_t n = 0; n < BINS; n++) {
             chi_square += pow(bins[n] - (double)DRAWS / BINS, 2.0) / ((double)DRAWS / BINS);
@@ -36,7 +37,7 @@ static void test_random_numbers_fill_16_bins_evenly_along_draws_runs_and_seeds(v
 }
 
 #define DRAWN 2000u
-#define MANY  12000u /* a quantity that is drawn in an eighth of the runs is in 1500 of them */
+#define MANY  12000u /* a quantity that occurs in an eighth of the runs is then drawn 1500 times */
 
 static void test_every_quantity_reaches_over_its_range_and_not_beyond(void)
 {
@@ -61,7 +62,7 @@ static void test_every_quantity_reaches_over_its_range_and_not_beyond(void)
             lowest = fmin(lowest, share);
             highest = fmax(highest, share);
         }
-        /* of 1000 at least, none in the last hundredth: e^-10 */
+        /* Of at least 1000 values the probability that none is in the last hundredth is e^-10. */
         TEST_ASSERT_TRUE_MESSAGE(span == 0.0 || (lowest < 0.01 && highest > 0.99), row->name);
     }
 }
@@ -81,7 +82,7 @@ static void test_half_of_the_runs_have_one_fault_and_every_fault_comes(void)
             TEST_ASSERT_TRUE(fault->lasts == 0.0 || (fault->lasts >= 0.01 && fault->lasts <= 0.3));
         }
     }
-    TEST_ASSERT_DOUBLE_WITHIN(5.0 * sqrt(0.25 * DRAWN), 0.5 * DRAWN, injected); /* 5 sigma */
+    TEST_ASSERT_DOUBLE_WITHIN(5.0 * sqrt(0.25 * DRAWN), 0.5 * DRAWN, injected); /* five standard deviations */
     for (uint32_t n = 1; n < campaign_fault_count; n++) {
         TEST_ASSERT_GREATER_THAN_UINT32_MESSAGE(0u, seen[n], campaign_faults[n].name);
         TEST_ASSERT_NOT_NULL_MESSAGE(rig_row_by_name(campaign_faults[n].row), campaign_faults[n].row);
@@ -109,14 +110,14 @@ static void test_every_motor_can_be_driven_by_the_board(void)
         TEST_ASSERT_TRUE(m.inductance_q <= 4.0 * m.inductance_d * 1.000001);
         TEST_ASSERT_DOUBLE_WITHIN(1e-9 * m.torque, 1.5 * m.pole_pairs * m.flux_linkage * m.current, m.torque);
         TEST_ASSERT_TRUE(emf < link / sqrt(3.0));
-        /* at half of rated speed with rated current there is voltage left */
+        /* At half the rated speed with rated current the link voltage is not exhausted. */
         TEST_ASSERT_TRUE(hypot(along - 0.5 * emf, 0.5 * across) < link / sqrt(3.0));
-        /* ripple of both voltage's extremes, peak to peak */
+        /* The ripple, peak to peak, at the extremes of both voltages. */
         TEST_ASSERT_TRUE(link * RIG_PERIOD_SECONDS / (6.0 * m.inductance_d) <= 0.3 * m.current * 1.000001);
     }
 }
 
-/* The share that is refused stays below a hundredth, and each is reported by a row and with a reason. */
+/* The share of refused draws is below a hundredth, and each refusal names a row and a reason. */
 static void test_what_is_drawn_is_accepted(void)
 {
     uint32_t refused = 0;
@@ -176,8 +177,8 @@ static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
 
 /* ---- what is judged ---- */
 
-/* A running drive of the default motor without a defect, trip 15 A; with a fault of which only the kind
- * counts. */
+/* A running drive of the default motor without a defect, with a trip of 15 A and with a fault of which
+ * only the kind matters. */
 static void judge_anew(const char *fault)
 {
     observed = (campaign_case_t){0};
@@ -214,8 +215,8 @@ static void test_every_float_that_is_no_number_or_infinite_is_a_violation(void)
     }
 }
 
-/* 1.2 times the trip are 18 A; below 25 A a phase has no larger current because of a wrong sensor. A third of
- * a turn of four pole pairs at 10 rad/s is 52.4 ms, at 100 rad/s 5 ms. */
+/* The limit is 1.2 times the trip, 18 A; a wrong sensor excuses a current up to 25 A. A third of a turn
+ * with four pole pairs takes 52.4 ms at 10 rad/s and 5 ms at 100 rad/s. */
 #define PHASE(x)                                                                                             \
     {                                                                                                        \
         .what = "phase " x, .fault = "",                                                                     \
@@ -231,13 +232,13 @@ static const course_t courses[] = {
     PHASE("a"),
     PHASE("b"),
     PHASE("c"),
-    /* in the first period a gate was still on */
+    /* In the first period a gate was still on. */
     {"current with all gates off is excused", "",
      .steps = {{"gates=0", PERIOD}, {"true_i_b=1000", 20.0 * PERIOD}}, .violated = HELD,
      .excused = CAMPAIGN_BIT(CURRENT)},
     {"an angle wrong by more than 0.8 rad may last 50 ms of run", "",
      .steps = {{"theta_err=-0.81", 50e-3},
-               {"manoeuvre=relock", PERIOD}, /* it reacts */
+               {"manoeuvre=relock", PERIOD}, /* the drive reacts */
                {"manoeuvre=run", 50e-3},
                {"theta_err=0.79", PERIOD},
                {"theta_err=0.81", 50e-3},
@@ -245,11 +246,11 @@ static const course_t courses[] = {
                {"state=operation_enabled", 50e-3},
                {"", PERIOD}},
      .violated = CAMPAIGN_I_ANGLE, .row = "theta_err", .periods = 500u},
-    /* before it opened, gates were on */
+    /* In the period in which the fault is latched the gates may still be on. */
     {"a gate that is on a period after the fault was latched", "",
      .steps = {{"state=fault fault_reason=52", PERIOD}, {"", PERIOD}}, .violated = CAMPAIGN_I_GATES,
      .row = "state"},
-    /* a flipped bit has made it; two windows and two periods */
+    /* A flipped bit has caused this state; it may last two windows and two periods. */
     {"a state of a fault that has no reason, for eighteen periods", "",
      .steps = {{"state=fault", 18.0 * PERIOD}}, .violated = HELD},
     {"a state of a fault that has no reason, for a period more", "",
@@ -263,24 +264,26 @@ static const course_t courses[] = {
      .row = "shoot_throughs"},
     {"a report of the chip", "", .steps = {{"chip_reports=1", PERIOD}}, .violated = CAMPAIGN_I_CHIP,
      .row = "chip_reports"},
-    {"what a fault breaks by itself is excused and nothing else", "late_interrupt",
+    {"a violation that a fault causes by itself is excused, and no other", "late_interrupt",
      .steps = {{"sample_flags=8", 5.0 * PERIOD}, {"shoot_throughs=1", PERIOD}}, .violated = CAMPAIGN_I_LEGS,
      .row = "shoot_throughs", .excused = CAMPAIGN_BIT(LATE)},
-    /* off: nothing is at stake yet */
+    /* While the bridge is off, the time does not run. */
     {"a sensor that is stuck excuses the current for 20 ms with the bridge on", "stuck_near_zero_a",
      .steps = {{"gates=0", 500.0 * PERIOD},
                {"gates=1 true_i_b=18.5 true_omega_m=100", 20e-3},
                {"", 3.0 * PERIOD}},
      .violated = CAMPAIGN_I_CURRENT, .row = "true_i_b", .excused = CAMPAIGN_BIT(CURRENT)},
-    {"and for a third of a turn", "stuck_near_zero_a",
+    {"a sensor that is stuck excuses the current for a third of a turn", "stuck_near_zero_a",
      .steps = {{"true_i_b=18.5 true_omega_m=10", 52e-3}, {"", 1e-3}}, .violated = CAMPAIGN_I_CURRENT,
      .row = "true_i_b"},
-    {"and up to 25 A", "stuck_near_zero_a", .steps = {{"true_i_b=25.1", 2.0 * PERIOD}, {"", PERIOD}},
-     .violated = CAMPAIGN_I_CURRENT, .row = "true_i_b"},
+    {"a sensor that is stuck excuses a current up to 25 A", "stuck_near_zero_a",
+     .steps = {{"true_i_b=25.1", 2.0 * PERIOD}, {"", PERIOD}}, .violated = CAMPAIGN_I_CURRENT,
+     .row = "true_i_b"},
     {"a wrong gain excuses the current up to 25 A", "current_range",
      .steps = {{"true_i_c=-24.9", 0.5}, {"true_i_c=-25.1", 3.0 * PERIOD}}, .violated = CAMPAIGN_I_CURRENT,
      .row = "true_i_c"},
-    {"a chip that is reset on purpose has its gates off and shows nothing else", "slow_background",
+    {"a chip that is reset by a fault must have its gates off, and no other requirement applies",
+     "slow_background",
      .steps = {{"chip_reports=1 gates=0", PERIOD}, {"theta_err=3", 0.2}, {"gates=1", PERIOD}},
      .violated = CAMPAIGN_I_GATES, .row = "state", .excused = CAMPAIGN_BIT(CHIP)},
 };
@@ -299,7 +302,7 @@ static void test_the_values_of_the_judge_are_those_of_the_drive(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(CAMPAIGN_STATE_WORDS, sizeof(drive_t) / sizeof(uint32_t));
 }
 
-/* While the EMF is too small to show it, the time of a wrong angle does not run. */
+/* While the EMF is too small to show the angle, the time of a wrong angle does not run. */
 static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void)
 {
     judge_anew("leg_drop_a");
@@ -307,15 +310,15 @@ static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void
     put("true_i_a", 2.0f);
     put("true_omega_m", 0.99f * (float)watch.excused[0].blind);
     pass(0.5);
-    expect(HELD, "below the speed that is told");
+    expect(HELD, "below the speed from which on the EMF shows the angle");
     TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_BIT(ANGLE), result.excused);
     put("true_omega_m", 1.01f * (float)watch.excused[0].blind);
     pass(50e-3 + PERIOD);
-    expect(CAMPAIGN_I_ANGLE, "above it");
+    expect(CAMPAIGN_I_ANGLE, "above the speed from which on the EMF shows the angle");
 }
 
-/* A wrong angle at `share` of the limit of a slow rotor, for longer than it may last, with this current in
- * phase a [A], half of which returns through each of the others. */
+/* A slow rotor has an angle error of `share` of its limit for longer than allowed, with this current in
+ * phase a [A]; half of it returns through each of the other phases. */
 static void turn_wrongly(double share, double current)
 {
     put("theta_err", 1.0f);
@@ -326,21 +329,23 @@ static void turn_wrongly(double share, double current)
     pass(0.1);
 }
 
-/* At 2 A, (L_q - L_d) i is half of psi_f: the EMF at a wrong angle is half as large, and the limit twice as
- * large. While less current flows than shows the sign of a leg's voltage, it is twice as well. */
+/* At 2 A (L_q - L_d) i is half of psi_f: the EMF at a wrong angle is half as large, and the speed limit
+ * twice as large. It is twice as large also while the current is too small to show the sign of the voltage
+ * of a leg. */
 static void test_a_smaller_emf_excuses_the_angle_up_to_the_speed_that_makes_up_for_it(void)
 {
     static const struct {
         const char *what;
-        double apart, current,
-            share; /* L_q - L_d over psi_f [1/A], [A] or of the least current, of the limit */
+        /* (L_q - L_d)/psi_f [1/A]; current [A], or as a multiple of the smallest current; share of the
+         * limit. */
+        double apart, current, share;
         int end;
     } cases[] = {
         {"a salient rotor below its limit", 0.25, 2.0, 1.98, HELD},
-        {"a salient rotor above it", 0.25, 2.0, 2.02, CAMPAIGN_I_ANGLE},
+        {"a salient rotor above its limit", 0.25, 2.0, 2.02, CAMPAIGN_I_ANGLE},
         {"a round rotor with the same current", 0.0, 2.0, 1.98, CAMPAIGN_I_ANGLE},
-        {"nearly no current, below", 0.0, -0.98, 1.98, HELD},
-        {"nearly no current, above", 0.0, -0.98, 2.02, CAMPAIGN_I_ANGLE},
+        {"almost no current, below the limit", 0.0, -0.98, 1.98, HELD},
+        {"almost no current, above the limit", 0.0, -0.98, 2.02, CAMPAIGN_I_ANGLE},
         {"a little more current", 0.0, -1.02, 1.02, CAMPAIGN_I_ANGLE},
     };
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
@@ -392,12 +397,12 @@ static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
     expect(CAMPAIGN_I_ANGLE, "after 50 ms with an encoder");
 }
 
-/* ---- many ---- */
+/* ---- many runs ---- */
 
 #define RUNS    24u
 #define SECONDS 0.1
 
-/* Shards, and that they merge to the text of one run: tests/cli/test_cli.py. */
+/* tests/cli/test_cli.py tests shards, and that they merge to the text of one run. */
 static void test_threads_change_nothing_nor_does_what_came_before_a_run(void)
 {
     char why[POOL_WHY];

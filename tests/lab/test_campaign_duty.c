@@ -1,5 +1,5 @@
-/* The requirements of a campaign on a drive: it follows the requests, works, and gives true reports in time.
- */
+/* The requirements of a campaign on a drive: it follows the requests, it runs, and its reports are true
+ * and in time. */
 #include <string.h>
 
 #include "drive/drive.h"
@@ -10,7 +10,8 @@
 #include "tests/lab/courses.h"
 #include "unity.h"
 
-/* The default motor, 10 A and 157 rad/s, runs at speed zero with the encoder; this fault from the start. */
+/* The default motor (10 A, 157 rad/s) is controlled to speed zero with the encoder; this fault is present
+ * from the start. */
 static void judge_lasting(const char *fault, double value, double lasts)
 {
     observed = (campaign_case_t){.seconds = 5.0};
@@ -36,97 +37,100 @@ static void expect_violated(campaign_invariant_t invariant)
     expect((int)invariant, campaign_invariants[invariant].name);
 }
 
-/* A reason counts once it has stayed for two windows. */
+/* A reason counts after it has been shown for two windows. */
 #define WINDOWS     (2.0 * DRIVE_WINDOW * PERIOD)
 #define LATCHED(of) "gates=0 state=fault refusal=fault_latched fault_reason=" of
 
 static const course_t courses[] = {
     {"off: all gates off two windows and two periods later", "",
      .steps = {{"enable=off", WINDOWS + PERIOD}, {"gates=0 state=ready", 1.0}}, .violated = HELD},
-    {"off, and a gate a period later", "", .steps = {{"enable=off", WINDOWS + 2.0 * PERIOD}, {"", PERIOD}},
-     .violated = CAMPAIGN_I_OFF},
-    {"on with the bridge off and no refusal may last 10 ms", "",
+    {"off: a gate is still on a period later", "",
+     .steps = {{"enable=off", WINDOWS + 2.0 * PERIOD}, {"", PERIOD}}, .violated = CAMPAIGN_I_OFF},
+    {"`enable` may be on for 10 ms with the bridge off and no refusal", "",
      .steps = {{"gates=0 state=ready refusal=not_ready", 0.05}, {"refusal=0", 10e-3}, {"", PERIOD}},
      .violated = CAMPAIGN_I_PERSIST},
-    /* 10 A of the default motor are 10.98 N m; 0.0636 kg m^2 at 100 rad/s stop with them in 0.579 s: 0.5 s
-     * and three times that. */
-    {"a quick stop may take three times what rated torque needs and half a second", "",
+    /* 10 A of the default motor are 10.98 N m. They stop 0.0636 kg m^2 from 100 rad/s in 0.579 s; the
+     * limit is 0.5 s plus three times that. */
+    {"a quick stop may take three times the time of rated torque and half a second more", "",
      .steps = {{"enable=quick_stop state=quick_stop true_omega_m=100", 2.2358}, {"", 4e-3}},
      .violated = CAMPAIGN_I_STOP},
     {"a stop for a fault ends within fault_stop_time", "motor_hot", 140.0,
      .steps = {{"state=quick_stop", 5.0}, {"", 5e-3}}, .violated = CAMPAIGN_I_STOP},
-    /* 220 rad/s, and a twentieth more */
+    /* The limit is 220 rad/s and a twentieth more. */
     {"a shaft beyond its trip may have a gate on for 5 ms", "",
      .steps = {{"true_omega_m=233.2 omega_m_ref=233.2 speed_request=233.2", 5e-3},
                {"true_omega_m=228.8", 5e-3},
                {"true_omega_m=-233.2", 5e-3},
                {"", PERIOD}},
      .violated = CAMPAIGN_I_TRIP_SPEED},
-    /* 400 V and a step of the converter */
+    /* The limit is 400 V and a step of the converter. */
     {"a link beyond its trip may have a gate on for three periods", "",
      .steps = {{"true_u_dc=400.4", 0.05}, {"true_u_dc=400.6", 3.0 * PERIOD}, {"", PERIOD}},
      .violated = CAMPAIGN_I_TRIP_LINK},
-    {"a fast shaft and a high link are not the drive's with all gates off", "",
+    {"with all gates off the drive is not responsible for a fast shaft and a high link", "",
      .steps = {{"gates=0", PERIOD}, {"enable=off true_omega_m=500 true_u_dc=500", 1.0}}, .violated = HELD},
-    /* a tenth of rated torque is 1.1 N m */
+    /* A tenth of the rated torque is 1.1 N m. */
     {"a quick stop may drive for 100 ms, and brake for longer", "",
      .steps = {{"enable=quick_stop state=quick_stop true_omega_m=50 true_torque=-5", 0.2},
                {"true_torque=1.2", 0.1},
                {"", 2.0 * PERIOD}},
      .violated = CAMPAIGN_I_AWAY},
-    /* 2 A are 2.2 N m; what brakes is friction's, or the link's limit */
-    {"current mode must not drive by more than is asked for", "",
+    /* 2 A are 2.2 N m. A braking torque is allowed, since friction or the limit of the link may cause it. */
+    {"current mode must not drive by more than the request", "",
      .steps = {{"mode=current i_q_request=2 true_omega_m=50 true_torque=2.3", 1.0},
                {"i_q_request=0 true_torque=-2.3", 1.0},
                {"true_torque=2.3", 1.0}},
      .violated = CAMPAIGN_I_AWAY},
-    /* a tenth of rated speed is 15.7 rad/s */
+    /* A tenth of the rated speed is 15.7 rad/s. */
     {"a healthy drive that does not reach its speed", "",
      .steps = {{"speed_request=20 omega_m_ref=20 true_omega_m=20", 4.0}, {"true_omega_m=0", 0.2}},
      .violated = CAMPAIGN_I_REACH},
-    {"with a load that is more than it must carry", "",
+    {"a healthy drive with a larger load than it must carry", "",
      .steps = {{"speed_request=20 load_torque=6.588", 4.0}}, .violated = HELD},
-    {"a drive that never comes on does not reach its speed, whatever reason it gives", "",
+    {"a drive that never turns on does not reach its speed, whatever reason it reports", "",
      .steps = {{"gates=0 state=ready refusal=rotor_too_fast speed_request=100", 5.0}},
      .violated = CAMPAIGN_I_REACH},
-    /* a load that drives the shaft beyond the trip, 220 rad/s, while the bridge is off is to be waited for */
+    /* The drive waits while a load drives the shaft beyond the trip, 220 rad/s, with the bridge off. */
     {"a shaft beyond its trip is not expected to be started", "",
      .steps = {{"gates=0 state=ready refusal=rotor_too_fast speed_request=100 true_omega_m=-221", 5.0},
                {"true_omega_m=-219", 10.0}},
      .violated = CAMPAIGN_I_REACH},
     {"a hot motor is reported within 150 ms", "motor_hot", 140.0, .steps = {{"", 0.15}, {"", 2.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE},
-    {"and was", "motor_hot", 140.0, .steps = {{"", 0.15}, {"state=quick_stop", 1.0}}, .violated = HELD},
-    {"below its limit of 120 degC it is none", "motor_hot", 100.0, .steps = {{"", 5.0}}, .violated = HELD},
-    /* i_d lies along phase a at a frame angle of 0, i_q across it; a quarter of rated current is 2.5 A */
+    {"a hot motor that is reported in time", "motor_hot", 140.0,
+     .steps = {{"", 0.15}, {"state=quick_stop", 1.0}}, .violated = HELD},
+    {"a motor below its limit of 120 degC is not hot", "motor_hot", 100.0, .steps = {{"", 5.0}},
+     .violated = HELD},
+    /* At a frame angle of 0 i_d lies along phase a and i_q across it; a quarter of the rated current is
+     * 2.5 A. */
     {"a broken wire is reported within 60 ms of current in its phase", "open_phase_a", 1.0,
      .steps = {{"frame_theta_e=0 i_q_ref=5", 1.0}, {"i_d_ref=-2.6", 0.0598}, {"", 4.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE, .row = "fault_reason"},
-    {"and of a frame that stands at 240 degrees", "open_phase_c", 1.0,
+    {"a broken wire with a frame that stands at 240 degrees", "open_phase_c", 1.0,
      .steps = {{"frame_theta_e=4.18879 i_d_ref=2.4", 1.0}, {"i_d_ref=2.6", 0.0598}, {"", 4.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE},
-    {"an open upper switch of leg a within 60 ms of positive current", "open_switch", 0.0,
+    {"an open upper switch of leg a is reported within 60 ms of positive current", "open_switch", 0.0,
      .steps = {{"frame_theta_e=0 i_d_ref=-5", 1.0}, {"i_d_ref=2.6", 0.0598}, {"", 4.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE},
-    {"a lower one of leg b of negative current", "open_switch", 3.0,
+    {"an open lower switch of leg b is reported within 60 ms of negative current", "open_switch", 3.0,
      .steps = {{"frame_theta_e=2.0944 i_d_ref=5", 1.0}, {"i_d_ref=-2.6", 0.0598}, {"", 4.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE},
-    /* four pole pairs: 492 rad/s electrical */
-    {"half a turn of 6.4 ms is too short for a switch", "open_switch", 0.0,
+    /* With four pole pairs the speed is 492 rad/s electrical. */
+    {"half a turn of 6.4 ms is too short to detect an open switch", "open_switch", 0.0,
      .steps = {{"i_d_ref=5 true_omega_m=123 speed_request=123", 1.0}}, .violated = HELD},
-    /* the window that follows may name again what one period of the fast task has named */
-    {"a reason that is named anew within two windows is not judged", "open_phase_b", 1.0,
+    /* The next window may name again what one period of the fast task has named. */
+    {"a reason that changes within two windows is not judged", "open_phase_b", 1.0,
      .steps = {{LATCHED("overcurrent"), WINDOWS}, {"fault_reason=phase_loss", 1.0}}, .violated = HELD},
-    {"one that stays is", "open_phase_b", 1.0, .steps = {{LATCHED("overcurrent"), WINDOWS + PERIOD}},
-     .violated = CAMPAIGN_I_REASON_TRUE},
-    /* the reason is shown as a refusal from the beginning of the stop on, and latched at its end */
-    {"a stop for a fault that goes meanwhile has a true reason", "motor_hot", 140.0, 0.1,
+    {"a reason that stays is judged", "open_phase_b", 1.0,
+     .steps = {{LATCHED("overcurrent"), WINDOWS + PERIOD}}, .violated = CAMPAIGN_I_REASON_TRUE},
+    /* The reason is shown as a refusal from the beginning of the stop, and it is latched at its end. */
+    {"a stop for a fault that ends meanwhile has a true reason", "motor_hot", 140.0, 0.1,
      .steps = {{"", 0.05},
                {"state=quick_stop refusal=motor_hot", 0.5},
                {"refusal=0", 2.0 * PERIOD},
                {LATCHED("motor_hot"), WINDOWS + PERIOD}},
      .violated = HELD},
-    {"one that begins after it has gone has not", "motor_hot", 140.0, 0.1,
+    {"a stop that begins after the fault has ended has an untrue reason", "motor_hot", 140.0, 0.1,
      .steps = {{"", 0.35}, {"state=quick_stop refusal=motor_hot", 0.5}}, .violated = CAMPAIGN_I_REASON_TRUE},
     {"an overspeed that has happened", "",
      .steps = {{"true_omega_m=210", 10e-3}, {LATCHED("overspeed"), WINDOWS + PERIOD}}, .violated = HELD},
@@ -134,25 +138,24 @@ static const course_t courses[] = {
      .steps = {{"theta_err=0.9", 10e-3}, {LATCHED("lock_lost"), WINDOWS + PERIOD}}, .violated = HELD},
     {"a wire that is broken", "open_phase_b", 1.0, .steps = {{LATCHED("phase_loss"), WINDOWS + PERIOD}},
      .violated = HELD},
-    {"a phase without current in a frame that is not the rotor's", "",
+    {"a phase without current in a frame that does not follow the rotor", "",
      .steps = {{"theta_err=0.9", 10e-3}, {LATCHED("phase_loss"), WINDOWS + PERIOD}}, .violated = HELD},
-    {"that was so 50 ms ago", "",
+    {"a phase without current 50 ms after the frame was wrong", "",
      .steps = {{"theta_err=0.9", 10e-3}, {"theta_err=0", 51e-3}, {LATCHED("phase_loss"), WINDOWS + PERIOD}},
      .violated = CAMPAIGN_I_REASON_TRUE},
-    {"a magnet of less than half seems to be missing", "weak_magnet", 0.49,
+    {"a magnet with less than half of its flux justifies encoder_mismatch", "weak_magnet", 0.49,
      .steps = {{LATCHED("encoder_mismatch"), WINDOWS + PERIOD}}, .violated = HELD},
-    {"one of more does not", "weak_magnet", 0.51, .steps = {{LATCHED("encoder_mismatch"), WINDOWS + PERIOD}},
-     .violated = CAMPAIGN_I_REASON_TRUE},
-    /* a reason that a flipped bit has made opens the bridge with the next setpoint, as `enable` = off does */
+    {"a magnet with more than half of its flux does not", "weak_magnet", 0.51,
+     .steps = {{LATCHED("encoder_mismatch"), WINDOWS + PERIOD}}, .violated = CAMPAIGN_I_REASON_TRUE},
+    /* A reason that a flipped bit has caused opens the bridge with the next setpoint, as `enable` = off
+     * does. */
     {"a flipped bit makes a fault", "flipped_bit", 0.5,
      .steps = {{"state=fault fault_reason=overcurrent", 18.0 * PERIOD}, {"", PERIOD}},
      .violated = CAMPAIGN_I_GATES},
     {"an encoder that is stuck", "encoder_stuck_a", 1.0,
      .steps = {{LATCHED("encoder_mismatch"), WINDOWS + PERIOD}}, .violated = HELD},
-    /* A tenth of a second after a fault has ended, it does not justify a reason or excuse a violation any
-     * more.
-     */
-    {"a fault that has gone is no excuse", "late_interrupt", 150e-6, 0.05,
+    /* A tenth of a second after a fault has ended, it no longer justifies a reason or excuses a violation. */
+    {"a fault that has ended is no excuse", "late_interrupt", 150e-6, 0.05,
      .steps = {{"sample_flags=8 state=quick_stop", 0.15}, {"", 2.0 * PERIOD}}, .violated = CAMPAIGN_I_LATE,
      .excused = CAMPAIGN_BIT(LATE)},
 };
@@ -165,7 +168,8 @@ static void test_each_course_has_its_expected_verdict(void)
     }
 }
 
-/* The default motor's loop has 200 rad/s, the least of the rule: k_p/k_i = 5/200 s, and 5 ms. */
+/* The loop of the default motor has 200 rad/s, the smallest value of the rule: its lag is k_p/k_i = 5/200
+ * s; 5 ms are added. */
 static void test_without_encoder_too_fast_a_shaft_may_last_for_the_lag_of_the_loop(void)
 {
     judge_anew("", 0.0);
@@ -193,8 +197,8 @@ static void test_a_reason_that_has_not_happened_is_a_violation(void)
     }
 }
 
-/* 0.9 of the trip are 198 rad/s. Without encoder the loop has a lag of 25 ms: a step of the speed counts
- * twice at first, and once after several lags; with the encoder it never counts twice. */
+/* 0.9 of the trip is 198 rad/s. Without the encoder the loop has a lag of 25 ms: directly after a step the
+ * change of speed counts twice, after several lags once. With the encoder it never counts twice. */
 static void test_a_change_of_speed_counts_twice_for_the_lag_of_the_loop(void)
 {
     static const struct {
@@ -219,12 +223,13 @@ static void test_a_change_of_speed_counts_twice_for_the_lag_of_the_loop(void)
     }
 }
 
-/* 0.9 of the trip are 13.5 A. Until the offsets have been measured again, for 64 ms without current, the
- * sensors show their step, too. */
+/* 0.9 of the trip is 13.5 A. Until the offsets have been measured again, which takes 64 ms without
+ * current, the step of the offsets adds to what the sensors show. */
 static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured(void)
 {
     static const struct {
-        double second, seconds; /* value of the second drift, after one of 7 A [A]; at rest after it */
+        /* Value of the second drift, after a first one of 7 A [A]; time at rest after it [s]. */
+        double second, seconds;
         int end;
     } cases[] = {
         {-6.6, 0.0, HELD}, {-6.4, 0.0, CAMPAIGN_I_REASON_TRUE}, {-6.6, 0.12, CAMPAIGN_I_REASON_TRUE}};
@@ -245,8 +250,9 @@ static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured
     }
 }
 
-/* 157 rad/s rated, 80 rad/s requested: torque away from that, 1.2 N m of 10.98, with this error in each
- * quarter of three time constants; the load from the middle on [N m], 2 N m before. */
+/* The rated speed is 157 rad/s and the request 80 rad/s. The torque, 1.2 N m of 10.98 N m, drives the
+ * speed away from the request. In each quarter of three time constants the speed has the given error. The
+ * load is 2 N m at first and has the given value [N m] from the middle on. */
 static void drive_away(const float errors[4], float load)
 {
     judge_anew("", 0.0);
@@ -260,23 +266,23 @@ static void drive_away(const float errors[4], float load)
     pass(2.0 * PERIOD);
 }
 
-/* After a load is removed the speed first rises; within half of three time constants it returns. */
+/* After a load is removed the speed first rises; it returns within half of three time constants. */
 static void test_a_torque_that_drives_the_speed_away_is_a_violation(void)
 {
     drive_away((const float[]){9.0f, 10.0f, 11.0f, 12.0f}, 2.0f);
     expect_violated(CAMPAIGN_I_AWAY);
     drive_away((const float[]){9.0f, 12.0f, 12.0f, 11.0f}, 2.0f);
-    expect_held(); /* comes back at the end */
+    expect_held(); /* it returns at the end */
     drive_away((const float[]){12.0f, 12.0f, 11.0f, 13.0f}, 2.0f);
-    expect_held(); /* comes back on the way */
+    expect_held(); /* it returns in the middle */
 }
 
-/* A load that is removed while the speed still approaches its reference after a reversal moves it away again.
- */
+/* A load is removed while the speed still approaches its reference after a reversal; the speed moves away
+ * again. */
 static void test_another_load_and_another_request_begin_again(void)
 {
     drive_away((const float[]){9.0f, 10.0f, 11.0f, 12.0f}, 1.0f);
-    expect_held(); /* another load */
+    expect_held(); /* the load changes */
     judge_anew("", 0.0);
     set_rows("true_torque=1.2 true_omega_m=80");
     for (int n = 0; n < 20; n++) {
@@ -284,12 +290,13 @@ static void test_another_load_and_another_request_begin_again(void)
         put("omega_m_ref", 60.0f - (float)n);
         pass(0.05);
     }
-    expect_held(); /* another wish */
+    expect_held(); /* the request changes */
 }
 
-/* The default motor turns at 141 rad/s at most: 0.0636 kg m^2 have 635 J, 3 mF take 95 J from 311 to 400 V. A
- * motor of 10^-5 kg m^2 has 109 V of EMF, 1000 rad/s, 0.818 N m and a speed control of 71.4 rad/s: a step of
- * the load moves it by 0.802 of itself, and from 0.9 to 1.4 of rated speed 0.5 are left. */
+/* The default motor turns at 141 rad/s at most: 0.0636 kg m^2 store 635 J, and 3 mF take 95 J from 311 V
+ * to 400 V. A motor of 1e-5 kg m^2 has 109 V of EMF, 1000 rad/s, 0.818 N m and a speed control of 71.4
+ * rad/s. A load step changes its speed by 0.802 of the rated speed, while only 0.5 separate 0.9 from 1.4
+ * of it. */
 static void test_a_run_is_calm_if_neither_link_nor_load_take_the_drive_to_its_trips(void)
 {
     judge_anew("", 0.0);
@@ -297,7 +304,7 @@ static void test_a_run_is_calm_if_neither_link_nor_load_take_the_drive_to_its_tr
     observed.quantities[CAMPAIGN_Q_dc_soft] = 3e-3;
     TEST_ASSERT_FALSE(campaign_is_calm(&observed));
     observed.quantities[CAMPAIGN_Q_motor_drawn] = 1.0;
-    observed.quantities[CAMPAIGN_Q_inertia] = 1e-5; /* 4 J */
+    observed.quantities[CAMPAIGN_Q_inertia] = 1e-5; /* stores 4 J */
     TEST_ASSERT_TRUE(campaign_is_calm(&observed));
     observed.events[0] = (campaign_event_t){CAMPAIGN_V_SPEED, 0.1, -0.9};
     observed.events[1] = (campaign_event_t){CAMPAIGN_V_LOAD, 0.5, 0.62};
@@ -320,14 +327,15 @@ static void test_false_alarms_beyond_two_in_a_thousand_are_more_than_chance(void
             (campaign_result_t){.end = CAMPAIGN_HELD, .calm = 1u, .invariant = CAMPAIGN_NO_INVARIANT};
         results[run].reason = run < 12u ? REASON_OVERSPEED : 0;
     }
-    /* Poisson of mean 2: 12 or more 1.4e-6 of the time, 13 or more 1.6e-7 */
+    /* For a Poisson distribution of mean 2, 12 or more occur with a probability of 1.4e-6, and 13 or more
+     * with 1.6e-7. */
     TEST_ASSERT_TRUE(campaign_alarms(&campaign, results, &calm, &alarms));
     TEST_ASSERT_EQUAL_UINT32(1000u, calm);
     TEST_ASSERT_EQUAL_UINT32(12u, alarms);
     results[12].reason = REASON_OVERSPEED;
     TEST_ASSERT_FALSE(campaign_alarms(&campaign, results, &calm, &alarms));
     results[13].calm = 0u;
-    results[13].reason = REASON_OVERSPEED; /* an injected fault, or a load that overhauls */
+    results[13].reason = REASON_OVERSPEED; /* caused by an injected fault or by an overhauling load */
     TEST_ASSERT_FALSE(campaign_alarms(&campaign, results, &calm, &alarms));
     TEST_ASSERT_EQUAL_UINT32(13u, alarms);
 }

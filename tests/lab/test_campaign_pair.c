@@ -1,5 +1,5 @@
-/* The pairs of a campaign: the same run with learning and without, compared where both are steady; and the
- * draws. */
+/* The pairs of a campaign: the same run with learning and without, compared in the windows in which both
+ * are steady; and the random choice of the pairs. */
 #include <math.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@
 
 static campaign_angles_t angles;
 
-/* The default motor, 157 rad/s, runs sensorless at this speed [rad/s], which is requested. */
+/* The default motor (157 rad/s) runs without an encoder at this speed [rad/s], which is also the request. */
 static void watch_at(float speed)
 {
     observed = (campaign_case_t){.seconds = 5.0};
@@ -49,7 +49,7 @@ static void test_windows_of_50_ms_are_kept_once_the_request_is_9_s_old(void)
     put("theta_err", -0.02f);
     pass(10.0);
     TEST_ASSERT_EQUAL_UINT32(200u, angles.windows);
-    TEST_ASSERT_EQUAL_UINT32(20u, steady_windows()); /* all but the 180 of the first 9 s */
+    TEST_ASSERT_EQUAL_UINT32(20u, steady_windows()); /* all but the 180 windows of the first 9 s */
     TEST_ASSERT_FLOAT_WITHIN(1e-8f, 4e-4f, angles.square[199]);
     put("load_torque", 1.0f);
     pass(9.0);
@@ -61,7 +61,7 @@ static void test_windows_of_50_ms_are_kept_once_the_request_is_9_s_old(void)
 static void test_what_is_not_steady_is_not_kept(void)
 {
     watch_at(80.0f);
-    put("true_omega_m", 70.0f); /* a twentieth of rated speed is 7.9 rad/s */
+    put("true_omega_m", 70.0f); /* a twentieth of the rated speed is 7.9 rad/s */
     pass(10.0);
     TEST_ASSERT_EQUAL_UINT32(0u, steady_windows());
     watch_at((float)(0.9 * campaign_blind_speed(&observed)));
@@ -84,7 +84,8 @@ static void test_longer_runs_than_there_is_room_for_end_at_its_end(void)
     TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_ANGLE_WINDOWS, angles.windows);
 }
 
-/* Four windows: rms with learning and without [mrad]. */
+/* Compares four windows with these rms errors with and without learning [mrad], of which this number is
+ * steady. */
 static campaign_end_t compared(double with, double without, uint32_t steady)
 {
     campaign_angles_t both[2] = {{.windows = 10u}, {.windows = 8u}};
@@ -110,16 +111,17 @@ static void test_an_angle_that_is_worse_by_2_mrad_with_learning_is_a_violation(v
     TEST_ASSERT_EQUAL(CAMPAIGN_HELD, compared(6.9, 5.0, 4u));
     TEST_ASSERT_EQUAL(CAMPAIGN_VIOLATED, compared(7.1, 5.0, 4u));
     TEST_ASSERT_EQUAL(CAMPAIGN_HELD, compared(5.0, 50.0, 4u));
-    TEST_ASSERT_EQUAL(CAMPAIGN_HELD, compared(50.0, 5.0, 3u)); /* too few that are steady in both */
+    TEST_ASSERT_EQUAL(CAMPAIGN_HELD, compared(50.0, 5.0, 3u)); /* too few windows are steady in both runs */
     TEST_ASSERT_EQUAL(CAMPAIGN_VIOLATED, compared(50.0, 5.0, 5u));
 }
 
-/* A leg of the default board loses (2.5 + 0.7 - 0.9)/100 of the link and 0.875 V: 8.028 V of 311 V; R is that
- * of the motor and 21.5 mohm. Learnt values in place of configured ones that are wrong by a tenth of it. */
+/* A leg of the default board loses (2.5 + 0.7 - 0.9)/100 of the link and 0.875 V: 8.028 V of 311 V. R is
+ * that of the motor plus 21.5 mohm. Learnt values replace configured ones that are wrong by a tenth. */
 static void test_learning_is_no_cause_if_each_value_is_nearer_to_the_truth(void)
 {
     static const struct {
-        double dead, inductance, shape; /* learnt: remaining errors of the configured values [-]; [-] */
+        double dead, inductance, shape; /* remaining errors [-] of the learnt dead time and inductance
+                                           relative to the configured values; learnt shape [-] */
         campaign_end_t end;
     } cases[] = {{1.0, 1.0, 0.0, CAMPAIGN_VIOLATED},  {0.4, 1.0, 0.0, CAMPAIGN_HELD},
                  {-0.4, 0.4, 0.0, CAMPAIGN_HELD},     {0.6, 0.4, 0.0, CAMPAIGN_VIOLATED},
@@ -160,8 +162,8 @@ static void test_runs_without_fault_and_encoder_are_paired(void)
             TEST_ASSERT_EQUAL_DOUBLE(0.0, CAMPAIGN_VALUE(&drawn, sine));
         }
     }
-    /* 1/8 of 1/2 without fault, of 1/2 without encoder, of (7/8)^2 without sine and spring, of five sixths
-     * that do not change the source: 40 of 2000, and five standard deviations */
+    /* An eighth of the runs that have no fault (1/2), no encoder (1/2), no sine and no spring ((7/8)^2)
+     * and do not change the source (5/6): 40 of 2000, with five standard deviations. */
     TEST_ASSERT_UINT32_WITHIN(31u, 40u, paired);
 }
 
@@ -211,7 +213,7 @@ static bool follows(const campaign_case_t *drawn, campaign_event_kind_t first, c
     return false;
 }
 
-/* Returns true if the run has this property. NULL: end of the list. */
+/* Returns the name of a property and whether the run has it; NULL at the end of the list. */
 static const char *property(uint32_t n, const campaign_case_t *drawn, bool *holds)
 {
     const campaign_motor_t motor = campaign_motor(drawn);
@@ -250,7 +252,8 @@ static const char *property(uint32_t n, const campaign_case_t *drawn, bool *hold
     return n < sizeof all / sizeof all[0] ? all[n].name : NULL;
 }
 
-/* Each is in one run of 100 at least, so that 250 runs have it with a chance of 0.92 or more. */
+/* Each property occurs in at least one of 100 runs, so that 250 runs contain it with a probability of 0.92
+ * or more. */
 static void test_what_happens_to_drives_is_drawn(void)
 {
     enum { DRAWN = 4000, MOST = 32 };

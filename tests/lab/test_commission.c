@@ -1,5 +1,6 @@
-/* The whole commissioning on the simulated drive: the drive has only the plate of the motors; the sensors
- * have errors; the limits are those of the study. Wrong wirings and a fault inside a step are named. */
+/* The whole commissioning on the simulated drive. The drive has only the name plate data of the motors,
+ * and the sensors have errors; the limits are those of docs/commissioning.md. Wrong wiring, and a fault
+ * inside a step, are named. */
 #include <math.h>
 #include <string.h>
 #include <unity.h>
@@ -9,8 +10,8 @@
 
 typedef struct {
     double resistance, inductance_d, inductance_q, flux_linkage, pole_pairs, current, speed, inertia;
-    double friction; /* [N m] dry */
-    double zone;     /* of the legs [A] */
+    double friction; /* [N m] dry friction */
+    double zone;     /* [A] zone around zero in which the voltage of the legs changes its sign */
 } machine_t;
 
 static const machine_t machines[] = {
@@ -18,11 +19,11 @@ static const machine_t machines[] = {
     {0.42, 4.86e-3, 4.86e-3, 0.407, 1.0, 5.9, 243.0, 0.023, 0.15, 0.05},
     {2.9, 3.92e-3, 6.7e-3, 0.119, 2.0, 3.9, 470.0, 9.3e-4, 0.03, 0.05},
     {2.63, 8.6e-3, 8.6e-3, 0.06, 4.0, 3.8, 314.0, 3.1e-5, 0.014,
-     0.05}, /* light: its rated torque makes 44000 rad/s^2 */
+     0.05}, /* a light rotor: its rated torque makes 44000 rad/s^2 */
     {0.57, 8.7e-3, 22.8e-3, 0.108, 2.0, 7.0, 351.0, 2e-3, 0.023,
-     0.05}, /* at I_max, (L_q - L_d) I is 1.8 psi_f */
+     0.05}, /* at I_max (L_q - L_d) I is 1.8 psi_f */
     {3.9, 12.6e-3, 12.6e-3, 0.477, 4.0, 1.2, 51.0, 0.0184, 0.235,
-     0.15}, /* a zone of an eighth of the current */
+     0.15}, /* the zone is an eighth of the current */
 };
 #define MACHINES (sizeof machines / sizeof machines[0])
 
@@ -51,9 +52,9 @@ static void run(rig_t *rig, const machine_t *m, const commission_options_t *opti
     TEST_ASSERT_TRUE_MESSAGE(commission_rig(rig, &plate, options, result, &error), error.message);
 }
 
-/* R 2 % or 10 mohm, L_d 1.5 %, L_q 3 %, psi_f 1 % and 0.7 V of its EMF, J 4 %, friction at half the rated
- * speed 1.5 % of the rated torque; the current stays below 1.25 of twice the rated one and half the ripple.
- */
+/* The limits of the errors are: R 2 % or 10 mohm, L_d 1.5 %, L_q 3 %, psi_f 1 % and 0.7 V of its EMF, J 4
+ * %. The limit of the friction at half the rated speed is 1.5 % of the rated torque. The current stays
+ * below 1.25 of twice the rated current plus half the ripple. */
 static void test_unknown_motors_are_measured_within_the_limits(void)
 {
     for (uint32_t n = 0u; n < MACHINES; n++) {
@@ -83,8 +84,8 @@ static void test_unknown_motors_are_measured_within_the_limits(void)
     }
 }
 
-/* 1 A, 2900 rad/s: the guess of J, 0.05 s of the rated torque to the rated speed, is 9.6e-7 kg m^2, less than
- * a motor may have. */
+/* The motor has 1 A and 2900 rad/s. The guess of J, with which the rated torque needs 0.05 s to the rated
+ * speed, is 9.6e-7 kg m^2, less than the parameter allows. */
 static void test_guess_of_a_very_light_rotor_is_accepted(void)
 {
     const machine_t light = {3.0, 8e-3, 8e-3, 0.03, 1.0, 1.0, 2900.0, 1e-6, 1e-3, 0.05};
@@ -117,11 +118,11 @@ static void test_wrong_wiring_is_named_before_a_steady_current_flows(void)
     expect_reason("open_phase_b", 1.0, "open_phase");
     expect_reason("open_phase_c", 1.0, "open_phase");
     expect_reason("swap_currents", 3.0, "sensor_map");
-    expect_reason("swap_currents", 4.0, "sensor_map"); /* the current falls along the pulse */
+    expect_reason("swap_currents", 4.0, "sensor_map"); /* the current decreases along the pulse */
     expect_reason("current_gain_error_a", -2.0, "sensor_map");
 }
 
-/* Also with sensors so quiet that the drive takes them for stuck. */
+/* In one case the sensors are so quiet that the drive would report them as stuck. */
 static void test_motor_that_is_not_connected_is_named(void)
 {
     commission_result_t result;
@@ -133,7 +134,7 @@ static void test_motor_that_is_not_connected_is_named(void)
     rig_free(rig);
 }
 
-/* Puts a fault into the plant when a step begins. */
+/* Puts a fault into the plant when this step begins. */
 static void break_it(void *context, commission_do_t step, bool done, const commission_result_t *result)
 {
     (void)result;

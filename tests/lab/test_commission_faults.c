@@ -1,7 +1,7 @@
-/* Faults inside the steps of commissioning: the bridge opens as in any other state, the reason is that of the
- * fault, and nothing is saved. One commissioning runs; in the middle of each step every fault is tried on a
- * copy of the rig. A step that is lost, repeated, stopped, or out of reach of the rated speed has its own
- * end. */
+/* Faults during the steps of commissioning: the bridge opens as in any other state, the reason is that of
+ * the fault, and no value is saved. One commissioning runs, and in the middle of each step every fault is
+ * tried on a copy of the simulation. Further tests cover a step in which the rotor is lost, and one that
+ * is repeated, stopped, or cannot reach the rated speed. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,8 +17,8 @@ typedef struct {
     const char *row;
     double value;
     const char *reason;
-    uint32_t most; /* [periods] from the fault to an open bridge: the time of the row of the fault table, and
-                      three */
+    uint32_t most; /* [periods] from the fault to the open bridge: the time in the row of the fault table, and
+                      three periods */
 } wrong_t;
 
 static const wrong_t wrongs[] = {
@@ -45,12 +45,12 @@ typedef struct {
     rig_t *rig;
     void *copy;
     uint32_t looks[COMMISSION_STEP_COUNT];
-    uint32_t begun[COMMISSION_STEP_COUNT]; /* tries */
-    uint32_t tried;                        /* faults */
+    uint32_t begun[COMMISSION_STEP_COUNT]; /* how often each step has begun */
+    uint32_t tried;                        /* number of faults that were tried */
     uint32_t gates;
     commission_do_t at;  /* the step in which the fault occurs */
-    double load;         /* [N m] on its first tries */
-    uint32_t load_tries; /* how many of them */
+    double load;         /* [N m] load during the first tries of the step */
+    uint32_t load_tries; /* number of these tries */
     bool stops;
 } bench_t;
 
@@ -71,7 +71,7 @@ static rig_t *rig_with_motor(uint64_t seed)
     return rig;
 }
 
-/* One fault, from a copy of the rig in the middle of a step. */
+/* Tries one fault on a copy of the simulation in the middle of a step. */
 static void try_fault(bench_t *bench, commission_do_t step, const wrong_t *wrong)
 {
     char text[160];
@@ -82,7 +82,8 @@ static void try_fault(bench_t *bench, commission_do_t step, const wrong_t *wrong
     snprintf(text, sizeof text, "%s = %g in %s", wrong->row, wrong->value, commission_step_name(step));
     TEST_ASSERT_TRUE_MESSAGE(bench->gates != 0u, text);
     TEST_ASSERT_TRUE_MESSAGE(rig_put(rig, wrong->row, wrong->value), text);
-    for (; period < wrong->most + 40u; period++) { /* 40: the fault is latched after the end of the window */
+    /* 40 periods more, since the fault is latched after the end of the window. */
+    for (; period < wrong->most + 40u; period++) {
         rig_step(rig);
         open = bench->gates != 0u ? period + 1u : open;
     }
@@ -113,8 +114,8 @@ static bool throw_faults(void *context, commission_do_t step)
     return true;
 }
 
-/* All steps but `angle`, whose shaft is held; then this one. Its motor has no saturation, by which it could
- * show the direction. */
+/* The test first runs all steps except `angle` while the shaft is held. Then it runs `angle` with a motor
+ * without saturation, because the currents of such a motor cannot show the direction of the magnets. */
 static void test_every_fault_opens_the_bridge_in_every_step(void)
 {
     bench_t bench = {.rig = rig_with_motor(3u), .copy = malloc(rig_state_size())};
@@ -183,7 +184,7 @@ static void test_step_that_lost_the_rotor_is_tried_again(void)
     TEST_ASSERT_TRUE(isfinite(result.inductance_q.value) && !isfinite(result.flux_linkage.value));
 }
 
-/* 120 rad/s electrical. */
+/* The rated speed is 120 rad/s electrical. */
 static void test_small_rated_speed_is_named_when_a_turning_step_fails(void)
 {
     const commission_plate_t slow = {4.0, 5.0, 30.0};
@@ -204,7 +205,7 @@ static void test_user_stops_a_step_and_keeps_what_is_known(void)
     TEST_ASSERT_TRUE(isfinite(result.resistance.value) && !isfinite(result.inductance_d.value));
 }
 
-/* A single step runs the steps that it needs, and none after it. */
+/* A step that is requested alone first runs the steps that it needs, and runs none after it. */
 static void test_step_that_is_requested_alone_runs_those_that_it_needs(void)
 {
     scenario_error_t error = {.file = ""};
@@ -221,7 +222,7 @@ static void test_step_that_is_requested_alone_runs_those_that_it_needs(void)
     rig_free(rig);
 }
 
-/* A link that the meter shows 6 % higher; 4 % are within the error of a divider. */
+/* The meter shows 6 % more link voltage than the drive; 4 % are within the error of a divider. */
 static void test_a_link_that_contradicts_the_meter_ends_before_the_first_step(void)
 {
     scenario_error_t error = {.file = ""};

@@ -1,4 +1,4 @@
-"""How counts of a campaign are compared with the stored ones, and that the stored file reads back as it was written."""
+"""Comparison of the counts of a campaign with the stored ones; and the stored file reads back as it was written."""
 import pathlib
 import sys
 import tempfile
@@ -22,11 +22,11 @@ class Document(unittest.TestCase):
 
 class Counts(unittest.TestCase):
     def test_the_tails_are_those_of_the_hypergeometric_distribution(self):
-        # one violation in both: it falls on 60 of 660 runs
+        # One violation in both campaigns together: the probability that it is in the smaller one is 60 of 660 runs.
         more, fewer = judge.tails(1, 0, 60, 600)
         self.assertAlmostEqual(60 / 660, more)
         self.assertAlmostEqual(1.0, fewer)
-        # two of two here: 60 * 59 / (660 * 659)
+        # The probability that two violations are both in the smaller campaign is 60 * 59 / (660 * 659).
         self.assertAlmostEqual(60 * 59 / (660 * 659), judge.tails(2, 0, 60, 600)[0])
         self.assertEqual((1.0, 1.0), judge.tails(0, 0, 60, 600))
 
@@ -37,14 +37,15 @@ class Counts(unittest.TestCase):
             return judge.compare_counts(judge.collections.Counter({names[k]: v for k, v in found.items()}), runs,
                                         judge.collections.Counter(pinned), 600)
         self.assertEqual([], wrong(60, away=2, calm=12))
-        self.assertEqual([], wrong(60, away=6, calm=12))  # three times the rate, in so few runs
+        self.assertEqual([], wrong(60, away=6, calm=12))  # three times the rate is possible in so few runs
         self.assertEqual(1, len(wrong(60, away=20, calm=12)))
         self.assertIn("more than pinned: violation away: 20 of 60", wrong(60, away=20, calm=12)[0])
         self.assertEqual(1, len(wrong(60, away=2, calm=12, alarm=10)))
         self.assertIn("fewer than pinned: violation away: 0 of 2000", wrong(2000, away=0, calm=400)[0])
 
     def test_a_calm_drive_of_the_day_is_red_less_than_once_in_a_million(self):
-        """For any rate: the worst of all counts that could be stored, for each pair of counts."""
+        """For any rate a sound drive fails the daily judgement less than once in a million; for each pair of counts the worst of all stored
+        counts is assumed."""
         for both in range(1, 60):
             chance = sum(judge.math.comb(both, m) * judge.math.comb(660 - both, 60 - m) / judge.math.comb(660, 60)
                          for m in range(both + 1) if min(judge.tails(m, both - m, 60, 600)) < judge.CHANCE)
@@ -57,7 +58,7 @@ class Counts(unittest.TestCase):
         found["excuse the interrupt begins late"] = 13
         self.assertEqual(1, len(judge.excuses_too_often(found, 600)))
         self.assertEqual([], judge.excuses_beyond_chance(found, 600))  # with a share of 2 % this occurs in nearly every second campaign
-        found["excuse the interrupt begins late"] = 36               # binomial, of 600 and 0.02: 1.1e-8
+        found["excuse the interrupt begins late"] = 36               # binomial distribution of 600 runs and 0.02: probability 1.1e-8
         self.assertEqual(1, len(judge.excuses_beyond_chance(found, 600)))
 
     def test_the_file_reads_back_as_it_was_written(self):

@@ -1,5 +1,5 @@
-/* The error map against theory: the error of a wrong inductance, deviations that must have no effect, and the
- * values of a lost point; and the judgement, on points made by hand. */
+/* The error map compared with theory: the error of a wrong inductance, deviations that must have no
+ * effect, and the values of a point that lost its lock; and the judgement, with points made by hand. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -33,7 +33,7 @@ static void only(double rpm, double load)
     setup.load_count = 1;
 }
 
-/* The map has these rows and no others. */
+/* The map has these deviations and no others. */
 static void only_rows(size_t count, const map_deviation_t *kept)
 {
     memset(setup.left_out, true, sizeof setup.left_out);
@@ -74,7 +74,7 @@ static void expect_within(double limit, double expected, double value, const cha
     TEST_ASSERT_TRUE_MESSAGE(fabs(value - expected) <= limit, text);
 }
 
-/* ---- which points ---- */
+/* ---- choice of the points ---- */
 
 static void test_default_covers_every_deviation_load_column_speed_and_direction_once(void)
 {
@@ -85,7 +85,7 @@ static void test_default_covers_every_deviation_load_column_speed_and_direction_
     setup.learn = 0.0;
     setup.window = 1e-4;
     setup.turns = 1.0;
-    setup.averaged = true; /* sooner */
+    setup.averaged = true; /* which runs faster */
     run(2);
     for (size_t n = 0; n < count; n++) {
         const map_point_t *p = &points[n];
@@ -100,23 +100,26 @@ static void test_default_covers_every_deviation_load_column_speed_and_direction_
     TEST_ASSERT_EQUAL_DOUBLE(100.0, points[5].rpm);
 }
 
-/* 100 r/min, four pole pairs, 10 kHz: 1500 samples a turn, and 0.38197 more. */
+/* At 100 r/min, four pole pairs and 10 kHz a turn has 1500 samples; the speed is chosen so that it has
+ * 0.38197 more. */
 static void test_window_is_whole_electrical_periods(void)
 {
     setup.window = 1.0;
-    TEST_ASSERT_EQUAL_UINT32(10503u, map_window(&setup, 100.0).periods); /* 7 turns: 10502.67 */
+    TEST_ASSERT_EQUAL_UINT32(10503u, map_window(&setup, 100.0).periods); /* 7 turns are 10502.67 samples */
     TEST_ASSERT_EQUAL_UINT32(10503u, map_window(&setup, -100.0).periods);
-    TEST_ASSERT_EQUAL_UINT32(10090u, map_window(&setup, 1013.0).periods); /* 68 of 148.38, for 148.07 */
+    /* 68 turns of 148.38 samples each; at the nominal speed a turn has 148.07. */
+    TEST_ASSERT_EQUAL_UINT32(10090u, map_window(&setup, 1013.0).periods);
     setup.window = 0.25;
-    TEST_ASSERT_EQUAL_UINT32(2502u, map_window(&setup, 300.0).periods); /* 5 of 500.38 */
-    TEST_ASSERT_EQUAL_UINT32(15000u, map_window(&setup, 10.0).periods); /* never less than one */
+    TEST_ASSERT_EQUAL_UINT32(2502u, map_window(&setup, 300.0).periods); /* 5 turns of 500.38 samples */
+    TEST_ASSERT_EQUAL_UINT32(15000u, map_window(&setup, 10.0).periods); /* never less than one turn */
     setup.turns = 10.0;
-    TEST_ASSERT_EQUAL_UINT32(5004u, map_window(&setup, 300.0).periods); /* 10 of 500.38 */
+    TEST_ASSERT_EQUAL_UINT32(5004u, map_window(&setup, 300.0).periods); /* 10 turns of 500.38 samples */
 }
 
-/* The phases of a turn's first samples, n times the share, leave no gap wider than 2/N after N turns (three
- * gap theorem: of the golden section's shares none is wider than 1.9/N), where a turn of 1000 r/min itself is
- * 150 samples and always meets the same ones. */
+/* The phases of the first samples of the turns are multiples of the fractional part of the samples per
+ * turn. After N turns they leave no gap wider than 2/N (three gap theorem; with the fraction of the golden
+ * section no gap is wider than 1.9/N). A turn at exactly 1000 r/min has 150 samples, and every turn would
+ * sample the same angles. */
 static void test_samples_of_a_window_meet_every_angle_at_any_speed(void)
 {
     static const double speeds[] = {100.0, 101.0, 300.0, 500.0, 750.0, 996.7, 1000.0, 1200.0, 1500.0, 1900.0};
@@ -132,29 +135,30 @@ static void test_samples_of_a_window_meet_every_angle_at_any_speed(void)
         for (int n = 0; n < TURNS / 2; n++) {
             TEST_ASSERT_TRUE(met[n]);
         }
-        /* 0.382 samples of a turn at most */
+        /* The speed changes by at most 0.382 samples of a turn. */
         TEST_ASSERT_TRUE(fabs(rpm / speeds[s] - 1.0) <= 0.382001 / samples);
         TEST_ASSERT_EQUAL_DOUBLE(-rpm, map_window(&setup, -speeds[s]).rpm);
     }
 }
 
-/* ---- what is measured ---- */
+/* ---- measurements ---- */
 
-/* Torque balance: (load + 1.32 N m)/(1.5 p psi_f), p = 4, psi_f = 0.183 Wb, against the direction of rotation
- * (friction and load are passive). Means of a second: the speed control has settled within 1e-3 of it. */
+/* By the torque balance i_q is (load + 1.32 N m)/(1.5 p psi_f), p = 4, psi_f = 0.183 Wb, against the
+ * direction of rotation (friction and load are passive). The measured values are means over a second,
+ * after the speed control has settled within 1e-3. */
 static double i_q_of(double rpm, double load)
 {
     return (rpm < 0.0 ? -1.0 : 1.0) * (load + 1.32) / (1.5 * 4.0 * 0.183);
 }
 
-/* Exact in the steady state: with i_d = 0 in the estimated frame, sin(error) = -dL i/psi_f, i the length of
- * the current, whose part across the true EMF is i cos(error) = i_q: tan(error) = -dL i_q/(psi_f
- * cos^2(error)). The estimator's own error besides is within 0.3 mrad, 0.5 at its peak: a ripple, whose peak
- * is not ten times its deviation. */
+/* The equation is exact in steady state. With i_d = 0 in the estimated frame, sin(error) = -dL i/psi_f,
+ * where i is the length of the current. Its part across the true EMF is i cos(error) = i_q, so that
+ * tan(error) = -dL i_q/(psi_f cos^2(error)). The estimator's own error adds at most 0.3 mrad, or 0.5 mrad
+ * at its peak, because a ripple has no peak of ten times its deviation. */
 static void test_wrong_inductance_turns_the_angle_as_theory_says(void)
 {
     setup.ideal = true;
-    setup.averaged = true; /* the ripple moves the sampled i_q against the mean torque */
+    setup.averaged = true; /* with gate edges the ripple shifts the sampled i_q relative to the mean torque */
     setup.speed_count = 2;
     setup.speeds[0] = 100.0;
     setup.speeds[1] = 1490.0;
@@ -167,7 +171,7 @@ static void test_wrong_inductance_turns_the_angle_as_theory_says(void)
         expect_within(0.1, map_window(&setup, p->rpm).rpm, p->true_rpm, "speed");
         const double d_l = p->deviation == MAP_INDUCTANCE_LOW    ? -0.0025
                            : p->deviation == MAP_INDUCTANCE_HIGH ? 0.0025
-                                                                 : 0.0; /* 20 % of 12.5 mH */
+                                                                 : 0.0; /* [H] 20 % of 12.5 mH */
         const double ratio = -d_l * i_q_of(p->rpm, p->load) / 0.183;
         double angle = atan(ratio);
         for (int k = 0; k < 20; k++) {
@@ -186,8 +190,8 @@ static void test_wrong_inductance_turns_the_angle_as_theory_says(void)
     }
 }
 
-/* Deviations that do not change the mean also change the noise in the drive: no two rows have equal bits.
- */
+/* A deviation that does not change the mean still changes the noise: no two deviations may have equal
+ * bits. */
 static void test_every_deviation_reaches_the_drive(void)
 {
     only(307.0, 0.0);
@@ -202,8 +206,9 @@ static void test_every_deviation_reaches_the_drive(void)
     }
 }
 
-/* 10 N m and the friction require 10.3 A, the limit is 10 A: the rotor slows down and is lost. 0.34 N m short
- * of 0.0636 kg m^2: 51 r/min a second, some 100 r/min by the middle of the window. */
+/* 10 N m and the friction need 10.3 A, and the limit is 10 A: the rotor slows down and the lock is lost. A
+ * lack of 0.34 N m at 0.0636 kg m^2 decelerates by 51 r/min per second, about 100 r/min up to the middle
+ * of the window. */
 static void test_overloaded_point_is_not_locked_and_has_numbers(void)
 {
     only(300.0, 10.0);
@@ -221,8 +226,8 @@ static void test_overloaded_point_is_not_locked_and_has_numbers(void)
     }
 }
 
-/* 20 % of L are -asin(dL i/psi_f) = 79 mrad at 5 N m; with the adaptation the drive learns L within 3 %,
- * which leaves at most 12 mrad. Off is off: what it assumes stays. */
+/* 20 % of L shift the angle by -asin(dL i/psi_f) = 79 mrad at 5 N m. With the adaptation the drive learns
+ * L within 3 %, which leaves at most 12 mrad. Without it the assumed L does not change. */
 static void test_adaptation_takes_away_what_a_wrong_inductance_does(void)
 {
     only(300.0, 5.0);
@@ -246,7 +251,7 @@ static void test_adaptation_takes_away_what_a_wrong_inductance_does(void)
     TEST_ASSERT_TRUE(map_judge(points, count, MAP_CLAIM_INDUCTANCE).met);
 }
 
-/* ---- of a scenario ---- */
+/* ---- the map of a scenario ---- */
 
 static scenario_t *scenario(const char *text)
 {
@@ -273,7 +278,7 @@ static void test_scenario_gives_its_speeds_and_loads_once_each(void)
     TEST_ASSERT_EQUAL_UINT(2u, setup.load_count);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, setup.loads[0]);
     TEST_ASSERT_EQUAL_DOUBLE(3.0, setup.loads[1]);
-    setup.speeds[0] = 700.0; /* speeds of one's own stay */
+    setup.speeds[0] = 700.0; /* speeds that the user gives are kept */
     setup.speed_count = 1;
     TEST_ASSERT_TRUE(map_of_scenario(&setup, of, &error));
     TEST_ASSERT_EQUAL_UINT(1u, setup.speed_count);
@@ -306,8 +311,8 @@ static void test_scenario_of_which_there_is_no_map_is_refused_with_its_line(void
                   18u, "load_torque", "at most 4");
 }
 
-/* Another motor, six pole pairs: its torque balance, 2/(1.5 x 6 x 0.05) = 4.444 A, and its own law of a wrong
- * L, asin(0.2 x 2 mH x 4.46 A/0.05 Wb) = 35.7 mrad. */
+/* The scenario has another motor with six pole pairs: its torque balance gives 2/(1.5 x 6 x 0.05) = 4.444
+ * A, and the wrong L an error of asin(0.2 x 2 mH x 4.46 A/0.05 Wb) = 35.7 mrad. */
 static void test_map_of_a_scenario_is_of_its_motor_and_parameters(void)
 {
     scenario_t *of = scenario(
@@ -342,14 +347,16 @@ static size_t made(double nominal, double resistance, double inductance, double 
 {
     const map_point_t one[] = {
         {.rpm = 100.0, .deviation = MAP_NOMINAL, .mean_mrad = nominal, .locked = true},
-        {.rpm = -100.0, .deviation = MAP_NOMINAL, .mean_mrad = 50.0, .locked = true}, /* not this one */
+        /* a point at another speed, which must not be used. */
+        {.rpm = -100.0, .deviation = MAP_NOMINAL, .mean_mrad = 50.0, .locked = true},
         {.rpm = 100.0, .deviation = MAP_RESISTANCE_LOW, .mean_mrad = resistance, .locked = true},
         {.rpm = 100.0,
          .deviation = MAP_INDUCTANCE_HIGH,
          .mean_mrad = inductance,
          .theory_mrad = theory,
          .locked = true},
-        {.rpm = 100.0, .deviation = MAP_NOISE, .mean_mrad = 70.0, .locked = true}, /* nothing is claimed */
+        /* Theory makes no claim about this deviation. */
+        {.rpm = 100.0, .deviation = MAP_NOISE, .mean_mrad = 70.0, .locked = true},
     };
     memcpy(points, one, sizeof one);
     return sizeof one / sizeof one[0];
@@ -372,7 +379,7 @@ static void test_a_claim_is_judged_against_nominal_and_theory_where_both_are_loc
         bool met;
         map_claim_t claim;
         double nominal, resistance, inductance, theory, worst;
-        int lost; /* the point that is not locked; -1: none */
+        int lost; /* index of the point that is not locked; -1: none */
     } rows[] = {
         {true, MAP_CLAIM_NO_EFFECT, 1.0, 1.25, 0.0, 0.0, 0.25, -1},
         {true, MAP_CLAIM_NO_EFFECT, 0.0, -0.3, 0.0, 0.0, 0.3, -1}, /* at the limit */
@@ -395,16 +402,16 @@ static void test_a_claim_is_judged_against_nominal_and_theory_where_both_are_loc
         expect_verdict(rows[n].met, count, rows[n].claim, rows[n].worst, rows[n].lost < 0, rows[n].lost >= 0);
     }
     size_t count = made(0.0, 0.0, 0.0, 0.0);
-    points[0].load = 5.0; /* another load's nominal is none */
+    points[0].load = 5.0; /* a nominal point at another load does not count */
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 0, 1);
     count = made(0.0, 0.0, 0.0, 0.0);
-    points[4] = points[2]; /* one good and one lost */
+    points[4] = points[2]; /* one point is locked and one is not */
     points[4].locked = false;
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 1, 1);
 }
 
-/* Without its rows a claim is not met; R of an i_d, 5 mrad by theory, of which a fifth is open, is expected;
- * and of two points the worse one is named. */
+/* A claim without its rows is not met. The error of a wrong R with an i_d, 5 mrad by theory with a
+ * tolerance of a fifth, is expected. Of two points the worse one is named. */
 static void test_a_claim_needs_its_rows_expects_theory_and_names_the_worst_point(void)
 {
     size_t count = made(0.0, 0.0, 0.0, 0.0);
@@ -416,7 +423,7 @@ static void test_a_claim_needs_its_rows_expects_theory_and_names_the_worst_point
     count = made(1.0, 7.25, 0.0, 0.0);
     points[2].theory_mrad = 5.0;
     expect_verdict(true, count, MAP_CLAIM_NO_EFFECT, 0.25, 1, 0);
-    points[2].mean_mrad = 1.0; /* nothing of it seen */
+    points[2].mean_mrad = 1.0; /* the expected error does not appear */
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 4.0, 1, 0);
     count = made(0.0, 0.1, 0.0, 0.0);
     points[4] = points[2];
@@ -434,12 +441,12 @@ static void test_learnt_is_judged_against_nominal_where_the_drive_is_sure(void)
     for (size_t n = 0; n < count; n++) {
         points[n].adaptation = MAP_ADAPTATION_ON;
     }
-    expect_verdict(false, count, MAP_CLAIM_LEARNT, 0.0, 0, 0); /* not sure: nothing claimed */
+    expect_verdict(false, count, MAP_CLAIM_LEARNT, 0.0, 0, 0); /* L was not learnt reliably: no claim */
     points[3].confidence = 0.95;
     expect_verdict(false, count, MAP_CLAIM_LEARNT, 16.0, 1, 0);
     points[3].mean_mrad = -0.5;
     expect_verdict(true, count, MAP_CLAIM_LEARNT, 1.5, 1, 0);
-    points[0].adaptation = MAP_ADAPTATION_OFF; /* the other column's nominal is none */
+    points[0].adaptation = MAP_ADAPTATION_OFF; /* a nominal point of the other column does not count */
     expect_verdict(false, count, MAP_CLAIM_LEARNT, 0.0, 0, 1);
     expect_verdict(false, count, MAP_CLAIM_NO_EFFECT, 0.0, 0, 0);
 }

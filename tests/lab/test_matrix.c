@@ -45,7 +45,7 @@ static uint32_t index_of_manoeuvre(const char *name)
 
 /* ---- the data ---- */
 
-/* The size that docs/faults.md states. */
+/* docs/faults.md states this size. */
 static void test_the_document_states_the_size(void)
 {
     static char text[65536];
@@ -117,7 +117,7 @@ static void test_what_a_fault_changes_can_be_changed(void)
     }
 }
 
-/* Each name of a list, blanks between, is that of a reason. */
+/* Each name in a list, separated by blanks, is that of a reason. */
 static void expect_reasons(const char *names)
 {
     for (const char *rest = names; *rest != '\0';) {
@@ -141,14 +141,14 @@ static void test_required_reasons_exist_and_are_given_where_one_is_needed(void)
         expect_reasons(promise->reasons);
         TEST_ASSERT_TRUE_MESSAGE((promise->reactions & with_reason) == 0u || promise->reasons[0] != '\0',
                                  fault);
-        /* cells that cannot occur, and more than 25 A, need a physical reason */
+        /* A cell that cannot occur, or that allows more than 25 A, needs a physical reason. */
         TEST_ASSERT_TRUE_MESSAGE(
             (promise->reactions != 0u && promise->current <= 25.0) || promise->because[0] != '\0', fault);
     }
 }
 
-/* Rows of plant and rig that are no fault, or the same fault on another leg or track; bits of the
- * drive's state that flip are drawn by the campaign. */
+/* Rows of plant and simulation that are no fault, or that are a listed fault on another leg or track. The
+ * campaign tests flipped bits of the drive's state. */
 static bool is_no_fault(const char *name)
 {
     static const char none[] =
@@ -177,7 +177,7 @@ static bool is_injected(const table_row_t *row)
     return false;
 }
 
-/* Of the plant from open_phase_a on, where what can break begins, and of the rig. */
+/* All rows of the plant from open_phase_a on, where the faults begin, and all of the simulation. */
 static void test_every_fault_that_can_be_injected_is_in_the_matrix_or_listed_as_none(void)
 {
     const uint32_t breaks = rig_row_by_name("open_phase_a")->id;
@@ -194,7 +194,7 @@ static void test_every_fault_that_can_be_injected_is_in_the_matrix_or_listed_as_
     }
 }
 
-/* ---- which cells ---- */
+/* ---- choice of the cells ---- */
 
 static void test_a_cell_is_chosen_by_its_name_or_the_beginning_of_it(void)
 {
@@ -217,7 +217,7 @@ static void test_a_share_is_drawn_by_its_seed_from_the_cells_that_occur(void)
     for (size_t n = 0; n < first; n++) {
         TEST_ASSERT_TRUE(cells[n].occurs);
     }
-    /* a tenth, within five standard deviations of a binomial draw */
+    /* A tenth of the cells, within five standard deviations of a binomial distribution. */
     const double spread = 5.0 * sqrt(0.09 * (double)occur);
     TEST_ASSERT_DOUBLE_WITHIN(spread, 0.1 * (double)occur, (double)first);
     matrix_choice_t same = {.share = 0.1, .seed = 20261122u};
@@ -240,8 +240,9 @@ static void test_a_share_is_drawn_by_its_seed_from_the_cells_that_occur(void)
 
 static void test_a_fault_is_noticed_in_20_ms_or_a_third_of_a_turn(void)
 {
-    const double e = 4.0 * RPM;                                              /* electrical, per r/min */
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 20e-3, matrix_noticed(1200.0 * e, 0.0)); /* 4.2 ms */
+    const double e = 4.0 * RPM; /* electrical speed per r/min */
+    /* a third of a turn takes 4.2 ms. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 20e-3, matrix_noticed(1200.0 * e, 0.0));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0 / 30.0, matrix_noticed(-150.0 * e, 0.0));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.25, matrix_noticed(20.0 * e, 0.0));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0, matrix_noticed(0.0, 0.0));
@@ -256,7 +257,7 @@ static const matrix_promise_t promise = {.reactions = MATRIX_OPENS,
                                          .rotor = MATRIX_COASTS | MATRIX_STANDS,
                                          .because = ""};
 
-/* What keeps that promise. */
+/* Returns a cell whose result agrees with the promised reaction above. */
 static matrix_cell_t kept(void)
 {
     return (matrix_cell_t){.promise = &promise,
@@ -326,7 +327,7 @@ static void test_a_rotor_that_is_driven_away_is_red_wherever_it_ends(void)
     TEST_ASSERT_EQUAL_UINT32(MATRIX_BY_ROTOR, red(cell));
     cell.seen.fastest -= 0.2;
     TEST_ASSERT_EQUAL_UINT32(0u, red(cell));
-    cell.place = 1u; /* the bare rotor */
+    cell.place = 1u; /* place 1 is the bare rotor */
     cell.seen.fastest += 300.0 * RPM;
     TEST_ASSERT_EQUAL_UINT32(0u, red(cell));
     cell.seen.fastest += 0.2;
@@ -370,8 +371,8 @@ static void test_a_result_that_is_not_the_listed_one_is_reported_both_ways(void)
 
 /* ---- runs ---- */
 
-/* A sensor at its limit is reported as long as the drive can stop: every cell passes, the bridge opens at
- * once. The speed of the rotor in each manoeuvre when the fault occurs [r/min]. */
+/* A sensor at its limit is reported as long as the drive can stop: in every cell the bridge opens at once,
+ * as promised. The table has the speed of the rotor in each manoeuvre when the fault occurs [r/min]. */
 static void test_a_sensor_at_its_rail_is_green_in_every_manoeuvre_and_comes_in_it(void)
 {
     static const struct {
@@ -404,7 +405,8 @@ static void test_a_sensor_at_its_rail_is_green_in_every_manoeuvre_and_comes_in_i
     }
 }
 
-/* The input's own time: debounced, 50 ms of braking, and the windows of the medium task. */
+/* The allowed time consists of the debounce time of the input, 50 ms of braking, and the windows of the
+ * medium task. */
 static void test_a_lost_enable_input_opens_the_bridge_in_its_time_in_every_manoeuvre(void)
 {
     const double most = (double)BOARD_ENABLE_DEBOUNCE_US * 1e-6 + 50e-3 + 4e-3;

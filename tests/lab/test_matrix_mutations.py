@@ -1,11 +1,11 @@
 """A defect in a protection makes cells of the fault matrix fail.
 
-usage: test_matrix_mutations.py BUILD SOURCE few|all      BUILD: folder of a Ninja build with matrix_cells in it
+usage: test_matrix_mutations.py BUILD SOURCE few|all      BUILD: folder of a Ninja build that contains matrix_cells
 
-Each mutation is one file of the firmware, compiled again and linked before the others: a limit of the fault table twice as
-large; the quantities of two neighbouring rows exchanged, so that each sets the other's bit; a limit of a watch twice
-as large. The cells in which the row is the reason, or the named cells, are run; only those that pass without the mutation count. `few` are
-representatives for the daily run; `all` finds the cells itself in a whole run.
+Each mutation changes one file of the firmware, which is compiled again and linked before the others. A mutation doubles a limit of the
+fault table, exchanges the quantities of two neighbouring rows so that each sets the bit of the other, or doubles a limit of a watch. The
+cells that then run are those that expect the fault of the changed row, or the cells that the list names. Only cells that pass without
+the mutation count. `few` runs representatives for the daily check; `all` finds the cells by a run of the whole matrix.
 """
 import pathlib
 import re
@@ -20,14 +20,14 @@ import planted  # noqa: E402
 BUILD, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
 GUARD, LIMITS, TRIPS, FAST = "guard/guard.c", "settings/guard_tuning.c", "fast/fast_trips.c", "fast/fast.c"
 HEADER = "settings/faults.h"
-MOST = 8  # cells of a mutation of the table
+MOST = 8  # cells that run for a mutation of the table
 
 # A row of the table: number, NAME, "name", quantity, comparison, "limit", margin, rate, debounce, when, reaction.
 ROW = re.compile(r'F\((\d+), (\w+), "(\w+)", (\w+), (\w+), "(\w*)", ([^,]+), (\w+), ((?:[^,()]|\([^()]*\))+), (\w+), (\w+),')
 
 
 def flat(text):
-    """The header with its continued lines joined, each row in one."""
+    """The text of the header with continued lines joined, so that each row is one line."""
     return re.sub(r"\s*\\\n\s*", " ", text)
 
 
@@ -38,7 +38,7 @@ def rows():
 
 
 class Mutant:
-    """Files of the firmware by path, that are compiled instead of its own."""
+    """Files of the firmware, by their paths, that replace the originals in the build."""
 
     def __init__(self, name, compiled, files):
         self.name, self.compiled, self.files = name, compiled, files
@@ -48,14 +48,14 @@ class Mutant:
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_text(text)
         objects = [folder / f"mutant_{n}.o" for n in range(len(self.compiled))]
-        for compiled, output in zip(self.compiled, objects):  # with the mutant's files before the tree's
+        for compiled, output in zip(self.compiled, objects):  # the mutated files come before those of the tree
             source = (folder if compiled in self.files else SOURCE / "firmware") / compiled
             planted.compile_firmware(BUILD, compiled, source, output, folder)
         return planted.link(BUILD, "tests/lab/matrix_cells", objects, folder / "cells")
 
 
 def run(program, cells):
-    """{cell: (red, reason)}"""
+    """Runs the cells; returns {cell: (red, reason)}."""
     done = subprocess.run([program, *cells], capture_output=True, text=True, check=True)
     return {line.split()[0]: (int(line.split()[1]), line.split()[2]) for line in done.stdout.splitlines()}
 
@@ -73,7 +73,7 @@ def twice_the_limit(row):
 
 
 def exchanged(a, b):
-    """The comparisons of both rows are exchanged."""
+    """Exchanges the comparisons of two rows."""
     text = flat((SOURCE / "firmware" / HEADER).read_text())
     def head(row, other):
         return (f'F({row[0]}, {row[1]}, "{row[2]}", ' + f'{other[3]}, {other[4]}, "{other[5]}", ' + ", ".join(other[6:10]) +
@@ -84,7 +84,7 @@ def exchanged(a, b):
     return Mutant(f"{a[2]} and {b[2]}: bits exchanged", (GUARD, LIMITS, TRIPS, FAST), {HEADER: text})
 
 
-# Limits that are not in a row of the fault table: row, file, text in the file, text that replaces it.
+# Limits that are not in a row of the fault table: row, file, text in the file, replacement.
 WATCHES = [
     ("stalled", "settings/params.c", "settings/params.h", r'(stall_time, "s", )2\.0f', r"\g<1>4.0f"),
     ("encoder_mismatch", "medium/protect/encoder_watch.c", "medium/protect/encoder_watch.h", r"(define ENCODER_WATCH_TIME\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
@@ -97,13 +97,13 @@ def watch(row, compiled, path, old, new):
     return Mutant(f"{row}: its watch's limit twice as large", (compiled,), {path: replaced(path, old, new)})
 
 
-# The cells of a row whose reaction is that a lost rotor is caught, without a latched reason.
+# For rows whose reaction is that a lost rotor is caught, without a latched reason: the cells.
 CAUGHT = {"unlocked": ["estimate_jump/run_slow/sensorless", "estimate_jump/run_fast/sensorless", "estimate_jump/braking/sensorless"]}
 
-# Rows whose reason is also given without the table: cells with this reason do not test the row.
+# The reason of these rows can also come from other code than the table, so that cells with this reason do not test the row.
 PAST_THE_TABLE = {"rotor_too_fast": "no cell has a rotor that fast: where a sensor is off by 2 A, the sequence refuses by current_offset"}
 
-# For the daily run: mutation, cells that must fail with it.
+# The mutations of the daily check: mutation, cells that must fail with it.
 FEW = [
     (lambda by: twice_the_limit(by["dc_overvoltage"]), ["dc_high/run_fast"]),
     (lambda by: twice_the_limit(by["sink_hot"]), ["sink_hot/align"]),
@@ -114,7 +114,7 @@ FEW = [
 
 
 def everything(table, whole):
-    """(mutation, cells) of each row and of each pair of neighbours that is the reason somewhere."""
+    """A list of (mutation, cells): one for each row that is the reason in a cell, and one for each pair of such neighbours."""
     told = {row[2]: [cell for cell, (red, reason) in whole.items() if red == 0 and reason == row[2]] for row in table}
     cells = {name: some[:MOST] for name, some in told.items()} | CAUGHT
     for name, why in PAST_THE_TABLE.items():

@@ -1,5 +1,5 @@
-/* Motors in the form of data sheets, the parameters that tune computes, [motor] and [[profile]] in a
- * scenario. */
+/* Motors in the form of data sheets, the parameters that `lagless tune` computes, and [motor] and
+ * [[profile]] in a scenario. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,7 +26,7 @@ static motor_sheet_t sheet;
 static motor_t motor;
 static tune_t tune;
 
-/* A sheet from "key=value" texts; NULL ends them. */
+/* Makes a sheet from texts "key=value"; NULL ends the list. */
 static bool given(const char *const *assignments)
 {
     sheet = (motor_sheet_t){.name = "test"};
@@ -45,9 +45,10 @@ static bool given(const char *const *assignments)
 
 static void test_every_form_of_the_flux_gives_the_same_motor(void)
 {
-    /* psi_f = 0.1 Wb, p = 4: a phase has 0.4 V s/rad peak, 41.888 V at 1000 r/min, 72.552 V between lines;
-     * K_t 0.6 N m/A of the peak; 2 pi 0.1 V/Hz. Through two phases the mean of a block is 3/pi of the line's
-     * peak: 0.66160 N m/A, and as many volts a rad/s: 14.434 rpm/V. */
+    /* psi_f = 0.1 Wb and p = 4. The peak EMF of a phase is 0.4 V s/rad, that is 41.888 V at 1000 r/min and
+     * 72.552 V between lines; K_t is 0.6 N m/A (peak current), and 2 pi 0.1 V/Hz. With block commutation
+     * through two phases the mean EMF is 3/pi of the peak between lines: 0.66160 N m/A, or V s/rad, which
+     * is 14.434 rpm/V. */
     static const char *const ways[] = {"flux_linkage=0.1 Wb",
                                        "flux_volts_per_hertz=0.6283185 V/Hz",
                                        "ke_line_peak=72.5520 V/krpm",
@@ -78,7 +79,7 @@ static void test_lines_are_twice_a_phase_and_poles_twice_the_pairs(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 * sqrt(3.0) / PI, motor.value[MOTOR_CURRENT]);
 }
 
-/* One more key of the flux in addition to the given ones; --set would replace it. */
+/* Adds one more key of the flux to the given ones; --set would replace the earlier one. */
 static void say_too(motor_key_t key, double value)
 {
     sheet.has[key] = true;
@@ -90,7 +91,7 @@ static void test_a_contradiction_is_reported_with_both_numbers(void)
 {
     TEST_ASSERT_TRUE(GIVEN(USUAL, "ke_line_peak=72.552 V/krpm", "inertia=1e-3"));
     say_too(MOTOR_KEY_kt_rms, 0.87);
-    TEST_ASSERT_EQUAL_UINT32(0u, motor.note_count); /* 2.5 % apart is rounding */
+    TEST_ASSERT_EQUAL_UINT32(0u, motor.note_count); /* a difference of 2.5 % counts as rounding */
     say_too(MOTOR_KEY_kt_rms, 0.6);
     TEST_ASSERT_EQUAL_UINT32(1u, motor.note_count);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.1, motor.value[MOTOR_FLUX]);
@@ -121,8 +122,8 @@ static void test_what_is_missing_is_named_and_nothing_is_reported_twice(void)
     TEST_ASSERT_FALSE(GIVEN(USUAL, "encoder_lines=5"));
 }
 
-/* The rated torque, 3 N m, reaches the top speed in 0.2 s. At 1000 rad/s 5 A need 25 V across and 105 V along
- * the EMF, 107.935 V of 215.870 V. */
+/* The rated torque, 3 N m, reaches the top speed in 0.2 s. At 1000 rad/s a current of 5 A needs 25 V
+ * across the EMF and 105 V along it, together 107.935 V, half of 215.870 V. */
 static void test_an_inertia_that_is_not_given_is_that_of_a_machine(void)
 {
     TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1"));
@@ -134,7 +135,7 @@ static void test_an_inertia_that_is_not_given_is_that_of_a_machine(void)
     TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "reaches 1500 r/min in 0.2 s"));
 }
 
-/* rms and peak are values of a quantity, and a key is for one of them. */
+/* rms and peak are two values of a quantity; each key is for one of them. */
 static void test_arms_is_for_keys_of_rms_values(void)
 {
     static const struct {
@@ -178,7 +179,7 @@ static bool warns_of(const char *what)
     return false;
 }
 
-/* The paper's motor in its rig: what the defaults of the drive have been made for by hand. */
+/* The paper's motor in its test rig; the default parameters of the drive were computed by hand for it. */
 static void test_the_rules_make_the_paper_s_rows(void)
 {
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=4", "resistance=0.95", "inductance=12.5 mH", "flux_linkage=0.183",
@@ -201,9 +202,10 @@ static void test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of(v
     const char *const light[] = {USUAL, "flux_linkage=0.1", "rated_speed=2000 r/min", "inertia=2e-5", NULL};
     TEST_ASSERT_TRUE(given(light));
     TEST_ASSERT_TRUE(tune_motor(&motor, &tune, &error));
-    TEST_ASSERT_EQUAL_DOUBLE(250.0, row_of("feedforward_cutoff")); /* 1.6 sqrt(4 x 3/2e-5) = 1239 */
+    /* Limited; 1.6 sqrt(4 x 3/2e-5) would be 1239. */
+    TEST_ASSERT_EQUAL_DOUBLE(250.0, row_of("feedforward_cutoff"));
     TEST_ASSERT_TRUE(row_of("speed_ramp") > 0.0);
-    /* 209 rad/s x 2e-5/3 N m = 1.4 ms, against 14/1000 */
+    /* 209 rad/s x 2e-5/3 N m = 1.4 ms, compared with 14/1000 s. */
     TEST_ASSERT_TRUE(warns_of("within 1.4 ms, before the speed control reacts (14 ms)"));
     TEST_ASSERT_TRUE(motor_override(&sheet, "load_inertia=1e-2", &error) &&
                      motor_make(&sheet, &motor, &error));
@@ -217,16 +219,16 @@ static void test_an_impossible_motor_is_reported_with_numbers(void)
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=7", "resistance=35 mohm", "inductance=85 uH", "ke_line_rms=4",
                            "rated_current_rms=14", "link_voltage=48", "inertia=1e-4"));
     TEST_ASSERT_TRUE_MESSAGE(tune_motor(&motor, &tune, &error), error.message);
-    /* 48 V x 100 us/(6 x 85 uH) = 9.41 A */
+    /* The ripple is 48 V x 100 us/(6 x 85 uH) = 9.41 A. */
     TEST_ASSERT_TRUE(warns_of("85 uH at 10 kHz and a link of 48 V: the current ripple is 9.41 A"));
     TEST_ASSERT_TRUE(warns_of("rated current 19.8 A peak"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, row_of("current_judged"));
-    /* EMF 0.1 x 4 x 523.6 = 209 V with a link of 311 V, which gives at most 180 V for a phase */
+    /* The EMF is 0.1 x 4 x 523.6 = 209 V; a link of 311 V gives at most 180 V per phase. */
     TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1", "rated_speed=5000 r/min", "inertia=1e-3"));
     TEST_ASSERT_TRUE(tune_motor(&motor, &tune, &error));
     TEST_ASSERT_TRUE(warns_of("at 5000 r/min the EMF is 209.4 V"));
     TEST_ASSERT_TRUE(tune.speed_top < 5000.0 * PI / 30.0);
-    /* with the link that it names it reaches its speed */
+    /* With the link voltage that the warning names the motor reaches its speed. */
     const char *at = strstr(tune.warnings[0], "r/min; a link of ");
     TEST_ASSERT_NOT_NULL(at);
     char link[64];
@@ -238,13 +240,14 @@ static void test_an_impossible_motor_is_reported_with_numbers(void)
     }
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=4", "resistance=10 ohm", "inductance=1 mH", "flux_linkage=0.1",
                            "rated_current_peak=1", "inertia=1e-4"));
-    TEST_ASSERT_FALSE(tune_motor(&motor, &tune, &error)); /* L/R 0.1 ms */
-    /* reported with the inductance, of which 2 x 100 us x 10 ohm = 2 mH is enough */
+    TEST_ASSERT_FALSE(tune_motor(&motor, &tune, &error)); /* L/R is 0.1 ms */
+    /* The message names a sufficient inductance: 2 x 100 us x 10 ohm = 2 mH. */
     TEST_ASSERT_NOT_NULL(strstr(error.message, "2 mH at least"));
 }
 
-/* The drive never refuses the parameters of tune: motors are drawn over the whole range of the table; tune
- * refuses a motor, or the drive accepts its parameters, which is checked again here. */
+/* The drive never refuses the parameters of `lagless tune`. Motors are drawn at random over the whole
+ * range of the table: either tune refuses the motor, or the drive accepts its parameters, which this test
+ * checks again. */
 static uint32_t state = 1u;
 static double drawn(double low, double high)
 {
@@ -316,12 +319,11 @@ static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void
     TEST_ASSERT_TRUE(least < 30.0 && most > 5000.0);
 }
 
-/* For each angle of the rotor at standstill: the swings of a light rotor are no fault of the sensors. A
- * grid of motors and
- * places. tests/lab/test_tune_boards.c tests that each motor runs to its top speed under load. Of 104
- * starts one ends
- * in estimate_astray, that of a small motor with a winding of large inductance, in which the noise of the
- * current is a speed; with five other seeds it does not. */
+/* Each motor starts from each angle of the rotor at standstill; the swings of a light rotor must not be
+ * reported as a fault of the sensors. The test is a grid of motors and angles.
+ * tests/lab/test_tune_boards.c tests that each motor runs to its top speed under load. Of 104 starts one
+ * ends in estimate_astray: a small motor whose winding has a large inductance, so that the noise of the
+ * current is estimated as a speed. It does not occur with five other seeds. */
 static void test_every_motor_starts_from_every_angle(void)
 {
     char **names;
@@ -387,12 +389,13 @@ static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 2.62656, initial(scenario, "plant.resistance"));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.060145, initial(scenario, "motor_flux_linkage")); /* 0.377903/(2 pi) */
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.060145, initial(scenario, "plant.flux_linkage"));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2.310002e-4, initial(scenario, "motor_inertia")); /* rotor and load */
+    /* Inertia of rotor and load. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2.310002e-4, initial(scenario, "motor_inertia"));
     TEST_ASSERT_DOUBLE_WITHIN(1e-10, 3.10002e-5, initial(scenario, "plant.inertia"));
     TEST_ASSERT_DOUBLE_WITHIN(1e-10, 2e-4, initial(scenario, "plant.load_inertia"));
     TEST_ASSERT_EQUAL_DOUBLE(0.25, initial(scenario, "plant.friction_coulomb"));
     scenario_free(scenario);
-    /* every row as tune has it */
+    /* Every parameter has the value that tune computes. */
     const bool encoder = CHOSEN_SALIENT_MAX < 1.42f;
     scenario = read_text(encoder ? "motor = \"awan-2kw2-ipm\"\n" HEAD "[params]\n" ON_ENCODER
                                  : "motor = \"awan-2kw2-ipm\"\n" HEAD);
@@ -407,7 +410,7 @@ static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
 }
 
 /* L_q of 51 mH is 4.08 times 12.5 mH: the drive names both rows, their values and what to do, and [motor]
- * does not change over to an encoder by itself. With one the same motor is taken. */
+ * does not select an encoder by itself. With an encoder the same motor is accepted. */
 static void test_a_motor_too_salient_without_encoder_is_refused_with_both_rows(void)
 {
     static const char *const told[] = {"0.051 H: accepted",
@@ -423,7 +426,8 @@ static void test_a_motor_too_salient_without_encoder_is_refused_with_both_rows(v
     scenario_free(scenario);
 }
 
-/* Up to the limit of the estimator tune uses no encoder, beyond it an encoder, and reports this. */
+/* Up to the largest ratio that the estimator accepts tune selects no encoder; beyond it tune selects one
+ * and reports this. */
 static void test_tune_takes_an_encoder_for_a_motor_too_salient(void)
 {
     static const double shares[] = {0.99, 1.01, 1.5};
@@ -442,7 +446,7 @@ static void test_tune_takes_an_encoder_for_a_motor_too_salient(void)
     }
 }
 
-/* Values of a row in the runner at some times. */
+/* The value of a row at a time, in a run with this profile. */
 static double at_time(const char *profile, double time)
 {
     char text[900];
@@ -476,7 +480,7 @@ static void test_a_profile_goes_from_point_to_point(void)
                   {0.0299, 4.98, 1.0}, {0.0301, 5.0, 5.0}, {0.045, 5.0, 5.0},
                   {0.0501, 2.0, 2.0},  {0.07, 1.0, 2.0},   {0.095, 0.0, 2.0}};
     for (size_t n = 0; n < sizeof course / sizeof course[0]; n++) {
-        /* a period of a ramp of 200 N m/s */
+        /* The limit is the change in one period of a ramp of 200 N m/s. */
         TEST_ASSERT_DOUBLE_WITHIN(0.025, course[n].linear, at_time(linear, course[n].time));
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, course[n].steps, at_time(steps, course[n].time));
     }

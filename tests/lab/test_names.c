@@ -1,4 +1,4 @@
-/* The name that was meant. */
+/* Suggestions for misspelt names. */
 #include <stdint.h>
 #include <string.h>
 
@@ -10,16 +10,16 @@ static void test_distances(void)
 {
     TEST_ASSERT_EQUAL_UINT(0, names_distance("inertia", "inertia"));
     TEST_ASSERT_EQUAL_UINT(0, names_distance("Inertia", "iNERTIA"));
-    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inerta"));   /* one left out */
-    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inertiia")); /* one too many */
-    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inartia"));  /* one wrong */
-    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inetria"));  /* two swapped */
+    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inerta"));   /* one letter is missing */
+    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inertiia")); /* one letter too many */
+    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inartia"));  /* one wrong letter */
+    TEST_ASSERT_EQUAL_UINT(1, names_distance("inertia", "inetria"));  /* two letters swapped */
     TEST_ASSERT_EQUAL_UINT(3, names_distance("kitten", "sitting"));
-    TEST_ASSERT_EQUAL_UINT(
-        3, names_distance("ca", "abc")); /* optimal string alignment; 2 without its restriction */
+    /* By optimal string alignment; without its restriction it would be 2. */
+    TEST_ASSERT_EQUAL_UINT(3, names_distance("ca", "abc"));
     TEST_ASSERT_EQUAL_UINT(7, names_distance("", "inertia"));
     TEST_ASSERT_EQUAL_UINT(0, names_distance("", ""));
-    TEST_ASSERT_EQUAL_UINT(3, names_distance("i_q", "v_d_")); /* i->v, q->d, one more */
+    TEST_ASSERT_EQUAL_UINT(3, names_distance("i_q", "v_d_")); /* two wrong letters and one too many */
 }
 
 static void test_names_that_are_too_long_are_near_to_nothing(void)
@@ -62,7 +62,7 @@ static void test_slips_and_parts_of_a_name_find_the_row_that_was_meant_and_other
         {"inertia", "inertai"},
         {"dead_time", "deadtime"},
         {"true_omega_m", "true_omga_m"},
-        {"load_kind", "load"}, /* that and load_torque begin with it: the first wins */
+        {"load_kind", "load"}, /* load_kind and load_torque begin with it: the first one is suggested */
         {"shaft_locked", "locked"},
         {"calibration_periods", "calibration"},
         {NULL, "xyzzy_frobnicate"},
@@ -77,11 +77,12 @@ static void test_slips_and_parts_of_a_name_find_the_row_that_was_meant_and_other
 static void test_a_third_of_the_longer_name_is_near_and_more_is_not(void)
 {
     names_search_t search = names_search("abcdef");
-    names_consider(&search, "abcXYZ"); /* 3 of 6 */
+    names_consider(&search, "abcXYZ"); /* 3 of 6 letters differ */
     TEST_ASSERT_NULL(names_found(&search));
-    names_consider(&search, "abcdXY"); /* 2 of 6 */
+    names_consider(&search, "abcdXY"); /* 2 of 6 letters differ */
     TEST_ASSERT_EQUAL_STRING("abcdXY", names_found(&search));
-    names_consider(&search, "abcdefghi"); /* 3 of 9, but farther than what is found */
+    /* 3 of 9 letters differ, but the distance is larger than that of the name found before. */
+    names_consider(&search, "abcdefghi");
     TEST_ASSERT_EQUAL_STRING("abcdXY", names_found(&search));
     search = names_search("abcdef");
     names_consider(&search, "abcdefghi");

@@ -1,6 +1,6 @@
-/* The code behind the paper's figures: the formulas against numbers computed separately, the verdicts on
- * rows made by hand, the files and the threads on one figure. The rows themselves are judged by
- * test_paper_rows.py. */
+/* The code behind the paper's figures: the formulas compared with numbers that were computed separately,
+ * the verdicts on rows made by hand, and files and threads of one figure. test_paper_rows.py judges the
+ * rows of the report. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,9 +15,9 @@ static paper_error_t why;
 
 /* ---- formulas ---- */
 
-/* Natural frequencies of docs/theory.md, 7, for omega_c in these ratios to that of the conventional loop,
- * 40.3 rad/s at 100 rad/s. Three digits: 0.05 of the result, and 0.05 x 1.5 of omega_c, which moves it by up
- * to 0.55 times as much. */
+/* The natural frequencies of docs/theory.md, 7, for these ratios of omega_c to the natural frequency of
+ * the conventional loop, 40.3 rad/s at a bandwidth of 100 rad/s. The table has three digits: 0.05 for the
+ * result, and 0.05 x 1.5 for omega_c, which changes the result by up to 0.55 times as much. */
 static void test_loops_of_equal_bandwidth(void)
 {
     static const struct {
@@ -34,7 +34,7 @@ static void test_loops_of_equal_bandwidth(void)
     }
 }
 
-/* The feed-forward alone has a bandwidth of omega_c: there is no loop of less. */
+/* The feed-forward alone has a bandwidth of omega_c, so that no loop has a smaller one. */
 static void test_loop_that_does_not_exist_is_refused(void)
 {
     double kp = 7.0;
@@ -44,7 +44,7 @@ static void test_loop_that_does_not_exist_is_refused(void)
     TEST_ASSERT_EQUAL_DOUBLE(8.0, ki);
 }
 
-/* Table of docs/theory.md, 4, rounded to 0.1 mrad; and the 0.08 rad of Fig. 11 for 162 V. */
+/* The table of docs/theory.md, 4, rounded to 0.1 mrad, and the 0.08 rad of Fig. 11 for 162 V. */
 static void test_lag_of_the_sampled_observer(void)
 {
     static const double speeds[] = {100.0, 500.0, 1000.0, 1500.0};
@@ -56,13 +56,14 @@ static void test_lag_of_the_sampled_observer(void)
                                   paper_lag_sampled(200.0, 1.0, -omega_e));
     }
     TEST_ASSERT_DOUBLE_WITHIN(1.0, -80.0, 1e3 * paper_lag_sampled(162.0, 1.0, 628.3185));
-    /* (14) as printed over-compensates by 35.5 mrad there, with the power-weighted k_f. */
+    /* (14) as printed over-compensates by 35.5 mrad at this point, with the power-weighted k_f. */
     TEST_ASSERT_DOUBLE_WITHIN(
         0.5, 35.5, 1e3 * (paper_lag_sampled(200.0, 1.0, 628.3185) - paper_lag_printed(200.0, 1.0, 628.3185)));
 }
 
-/* The three accelerations of the paper, from its own numbers: asin(a/k_i) and the equilibrium with the
- * torque's cosine (docs/theory.md, 19), k_i 1624, to the 1 % at which they fix the rig. */
+/* The angle errors of the paper's three accelerations, calculated from its own numbers for k_i = 1624:
+ * asin(a/k_i), and the equilibrium with the cosine of the torque (docs/theory.md, 19). The limit is 1 %,
+ * the accuracy to which these numbers determine the test rig. */
 static void test_tracking_error_at_the_current_limit(void)
 {
     const double ki = 1624.0;
@@ -70,13 +71,14 @@ static void test_tracking_error_at_the_current_limit(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.0036, 0.355, up);
     TEST_ASSERT_DOUBLE_WITHIN(0.0045, 0.450, paper_tracking_error_at_limit(ki, 1.32));
     TEST_ASSERT_DOUBLE_WITHIN(0.0063, 0.629, paper_tracking_error_at_limit(ki, 6.32));
-    /* It solves k_i sin e = (p/J)(T_m cos e + braking), T_m = 10.98 N m; so a = k_i sin e gives it back. */
+    /* The angle solves k_i sin e = (p/J)(T_m cos e + braking) with T_m = 10.98 N m, so that a = k_i sin e
+     * gives it back. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 4.0 / 0.0636 * (10.98 * cos(up) - 1.32), ki * sin(up));
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, -up, paper_tracking_error(ki, ki * sin(up)));
     TEST_ASSERT_TRUE(isnan(paper_tracking_error_at_limit(100.0, 50.0)));
 }
 
-/* The loop's k_p/(k_i/omega) at the corner: both parts equal, 45 degrees. */
+/* At the corner k_p and k_i/omega are equal, which is 45 degrees. */
 static void test_loop_filter_at_its_corner(void)
 {
     double kp = 0.0;
@@ -114,11 +116,12 @@ static void test_verdict_follows_from_the_numbers(void)
 {
     const double none = (double)NAN;
     TEST_ASSERT_EQUAL_INT(PAPER_REPRODUCED, judged(4.0, 4.0, 3.75, false, false));
-    TEST_ASSERT_EQUAL_INT(PAPER_REPRODUCED, judged(4.0, 4.0, 4.5, false, false)); /* at the limit */
+    TEST_ASSERT_EQUAL_INT(PAPER_REPRODUCED, judged(4.0, 4.0, 4.5, false, false)); /* exactly at the limit */
     TEST_ASSERT_EQUAL_INT(PAPER_NOT_REPRODUCED, judged(4.0, 4.0, 4.5625, false, false));
     TEST_ASSERT_EQUAL_INT(PAPER_NOT_REPRODUCED, judged(4.0, 4.0, -4.0, false, false));
     TEST_ASSERT_EQUAL_INT(PAPER_IN_KIND, judged(4.0, 4.0, 9.0, true, false));
-    TEST_ASSERT_EQUAL_INT(PAPER_IN_KIND, judged(none, 4.0, 4.0, false, false)); /* no number in print */
+    /* The paper prints no number. */
+    TEST_ASSERT_EQUAL_INT(PAPER_IN_KIND, judged(none, 4.0, 4.0, false, false));
     TEST_ASSERT_EQUAL_INT(PAPER_NOT_REPRODUCED, judged(none, 4.0, 9.0, false, false));
     TEST_ASSERT_EQUAL_INT(PAPER_NOT_REPRODUCED, judged(4.0, 4.0, none, true, false));
     TEST_ASSERT_EQUAL_INT(PAPER_NOT_REPRODUCED, judged(4.0, 4.0, 4.0, true, true)); /* the drive stopped */
@@ -137,10 +140,10 @@ static void test_figures_are_found_by_name(void)
 {
     for (size_t n = 0; n < PAPER_FIGURES; n++) {
         TEST_ASSERT_EQUAL_UINT(n, paper_figure(paper_figures[n].id));
-        /* Else its file says. */
+        /* Otherwise the file of the figure contains the title. */
         TEST_ASSERT_TRUE(paper_figures[n].title == NULL ||
                          (paper_figures[n].title[0] != '\0' && paper_figures[n].claim[0] != '\0'));
-        /* Each has a test of its rows. */
+        /* Each figure has a test of its rows. */
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(LAGLESS_PAPER_TESTED, paper_figures[n].id), paper_figures[n].id);
     }
     TEST_ASSERT_EQUAL_UINT(PAPER_FIGURES, paper_figure("fig99"));

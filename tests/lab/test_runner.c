@@ -1,5 +1,6 @@
-/* The runner: events, ramps, recording, verdicts, stopping. tests/python/test_package.py checks that a
- * scenario equals its calls by hand, and tests/cli/test_experiments.py the statistics. */
+/* Tests of the runner: its events, ramps, recording, verdicts and the end of a run.
+ * tests/python/test_package.py checks that a scenario equals its calls by hand, and
+ * tests/cli/test_experiments.py the statistics. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +18,7 @@ static scenario_t *scenario;
 static runner_result_t result;
 static runner_options_t options;
 
-/* What the sink was given. */
+/* The data that the recording function received. */
 static struct {
     uint32_t period[ROOM];
     float value[ROOM][ROWS_MAX];
@@ -78,7 +79,7 @@ static void run(void)
     }
 }
 
-/* 200 deg mechanical are 4 times that electrical: 80 deg of a turn. */
+/* 200 degrees mechanical are four times that electrical, which is 80 degrees of a turn. */
 static void test_rotor_is_at_the_start_angle_held_or_locked(void)
 {
     static const char *const shafts[] = {
@@ -102,9 +103,9 @@ static void test_rotor_is_at_the_start_angle_held_or_locked(void)
 
 /* ---- events ---- */
 
-/* Values of rows in some periods, exactly: an event acts in its period and not before, of two at one time the
- * later in the file wins; a ramp is straight, ends on its value, ends where a later event of its row begins,
- * and begins where that row is. */
+/* The values of rows in certain periods must be exact. An event acts in its period and not before. Of two
+ * events at one time the later one in the file has effect. A ramp is straight and ends at its value; a
+ * later event of its row ends it; it begins at the present value of the row. */
 static void test_events_and_ramps_give_their_rows_these_values(void)
 {
     static const struct {
@@ -131,7 +132,7 @@ static void test_events_and_ramps_give_their_rows_these_values(void)
     "[[at]]\ntime = \"1.5 ms\"\nplant.load_torque = 2\n"                                                     \
     "[[at]]\ntime = \"1.6 ms\"\nramp = \"0.2 ms\"\nplant.load_torque = 6\n"
         {CUT_SHORT, "load_torque", {{14, 4}, {15, 2}, {16, 2}, {17, 4}, {18, 6}, {29, 6}}},
-        {CUT_SHORT, "dc_voltage", {{15, 306}, {29, 301}}}, /* of another row: goes on */
+        {CUT_SHORT, "dc_voltage", {{15, 306}, {29, 301}}}, /* the ramp of another row continues */
         {"[[at]]\ntime = \"1 ms\"\nramp = \"1 ms\"\nplant.load_torque = 10\n"
          "[[at]]\ntime = \"1.4 ms\"\nramp = \"0.2 ms\"\nplant.load_torque = 2\n",
          "load_torque",
@@ -184,7 +185,7 @@ static void test_a_refusal_of_the_rig_names_line_and_time(void)
     TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE(
         "test.toml:10:8: dead_time: 3e-06 s: it changes only while the bridge is off", line, 73, line);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, "(at 0.1 s)"), line);
-    TEST_ASSERT_EQUAL_UINT32(1000u, taken.count); /* what was recorded stays */
+    TEST_ASSERT_EQUAL_UINT32(1000u, taken.count); /* the samples recorded before are kept */
     TEST_ASSERT_EQUAL_UINT32(1000u, result.periods);
     TEST_ASSERT_EQUAL_INT(RUNNER_NOT_JUDGED, result.verdicts[0].judgement);
 }
@@ -216,13 +217,13 @@ static void test_a_window_holds_from_and_not_to(void)
                "[[expect]]\nsignal = \"period\"\nstatistic = \"last\"\nat_most = 1000\n"
                "[[expect]]\nsignal = \"period\"\nminus = \"period\"\nstatistic = \"peak\"\nat_most = 0\n");
     run();
-    /* the drive counts its period k as k + 1 */
+    /* the drive counts period k as k + 1 */
     TEST_ASSERT_TRUE(result.verdicts[0].value == 3.0);
     TEST_ASSERT_TRUE(result.verdicts[1].value == 5.0);
     TEST_ASSERT_EQUAL_UINT32(3u, result.verdicts[0].samples);
     TEST_ASSERT_TRUE(result.verdicts[2].value == 10.0);
     TEST_ASSERT_EQUAL_UINT32(10u, result.verdicts[2].samples);
-    TEST_ASSERT_TRUE(result.verdicts[3].value == 0.0); /* a row minus itself */
+    TEST_ASSERT_TRUE(result.verdicts[3].value == 0.0); /* a row minus itself is zero */
 }
 
 static void test_limits_are_accepted_themselves(void)
@@ -282,7 +283,7 @@ static void test_verdicts_in_words(void)
     }
 }
 
-/* ---- stopping and telling ---- */
+/* ---- stopping and reports ---- */
 
 static volatile sig_atomic_t stop_now;
 
@@ -306,7 +307,7 @@ static void test_a_stop_ends_the_run_after_the_period_and_judges_what_is_over(vo
     run();
     TEST_ASSERT_EQUAL_INT(RUNNER_INTERRUPTED, result.end);
     TEST_ASSERT_EQUAL_UINT32(2001u,
-                             result.periods); /* the flag was set before period 2000 and counts after it */
+                             result.periods); /* the flag was set before period 2000 and is tested after it */
     TEST_ASSERT_EQUAL_UINT32(2001u, taken.count);
     TEST_ASSERT_EQUAL_INT(RUNNER_MET, result.verdicts[0].judgement);
     TEST_ASSERT_EQUAL_INT(RUNNER_NOT_JUDGED, result.verdicts[1].judgement);

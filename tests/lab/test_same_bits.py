@@ -42,7 +42,7 @@ class Program(unittest.TestCase):
         rows = rows_of()
         self.assertEqual(rows["fault_reason"], fnv([0] * 4000))
         self.assertEqual(rows["enable"], fnv([1] * 4000))
-        # the signal counts the steps taken, so that the first one shows 1
+        # The signal counts the steps, so that its first value is 1.
         self.assertIn(rows["period"], (fnv(range(1, 4001)), fnv(range(4000))))
 
     def test_every_row_of_signals_requests_and_truth_is_there(self):
@@ -67,7 +67,7 @@ class Comparing(unittest.TestCase):
 
 
 class Tool(unittest.TestCase):
-    """The command, on one run, with a separate record."""
+    """The command for one run, with a separate record."""
 
     RUN = "current_mode_locked_shaft"
 

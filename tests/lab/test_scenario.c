@@ -1,5 +1,5 @@
-/* The meaning of a scenario file: settings and their order, times, overrides. Mistakes in files:
- * test_broken.c. */
+/* The meaning of a scenario file: settings and their order, times, overrides. test_broken.c tests mistakes
+ * in files. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -129,13 +129,13 @@ static void test_an_event_sets_rows_by_their_names_in_the_order_of_the_file(void
     TEST_ASSERT_TRUE(event->settings[2].value == 5.0);
 }
 
-/* 0.151 ms is rounded up to period 2, which leaves 9998 periods for 9998.49. */
+/* 0.151 ms is rounded up to period 2, after which 9998 periods remain for a ramp of 9998.49. */
 static void test_ramp_may_fill_what_is_left_of_the_run(void)
 {
     given(RUN "[[at]]\ntime = \"151 us\"\nramp = \"0.999849 s\"\nplant.load_torque = 1\n");
     TEST_ASSERT_EQUAL_UINT32(2u, scenario->events[1].period);
     TEST_ASSERT_EQUAL_UINT32(9998u, scenario->events[1].ramp_periods);
-    /* 2.5 and 9997.5 periods are both rounded up, and together are one more than there are. */
+    /* 2.5 and 9997.5 periods are both rounded up, and together they exceed the run by one period. */
     given(RUN "[[at]]\ntime = \"250 us\"\nramp = \"0.99975 s\"\nplant.load_torque = 1\n");
     TEST_ASSERT_EQUAL_UINT32(3u, scenario->events[1].period);
     TEST_ASSERT_EQUAL_UINT32(9997u, scenario->events[1].ramp_periods);
@@ -180,13 +180,13 @@ static void test_sub_tables_and_dotted_keys_mean_the_same(void)
 
 static void test_a_parameter_set_is_judged_as_one(void)
 {
-    given(RUN "[params]\ncurrent_limit = 14\novercurrent_trip = 18\n"); /* in this order 14 breaks the old
-                                                                          trip of 15 A */
+    given(RUN "[params]\ncurrent_limit = 14\novercurrent_trip = 18\n"); /* written in this order, 14 violates
+                                                                           the old trip of 15 A */
     given(RUN "[params]\novercurrent_trip = 18\ncurrent_limit = 14\n");
     given(RUN "[params]\novercurrent_trip = 7\ncurrent_limit = 5\n");
 }
 
-/* As many rows as the tap holds, recorded; and one more expected. */
+/* The scenario records as many rows as fit, and expects one more row. */
 static void test_recorded_and_expected_rows_share_the_tap(void)
 {
     char text[8000] = HEAD "[run]\nduration = 1\nrecord = [\n";
@@ -202,9 +202,8 @@ static void test_recorded_and_expected_rows_share_the_tap(void)
             }
         }
     }
-    strcat(
-        text,
-        "]\n[[expect]]\nsignal = \"speed_kp\"\nstatistic = \"mean\"\nat_most = 1\n"); /* among the recorded */
+    /* The scenario already records it. */
+    strcat(text, "]\n[[expect]]\nsignal = \"speed_kp\"\nstatistic = \"mean\"\nat_most = 1\n");
     given(text);
     TEST_ASSERT_EQUAL_UINT32(RIG_TAP_MAX, scenario->record_count);
     strcat(text, "[[expect]]\nsignal = \"i_q\"\nstatistic = \"mean\"\nat_most = 1\n");
@@ -214,17 +213,17 @@ static void test_recorded_and_expected_rows_share_the_tap(void)
 
 static void test_settings_that_wait_for_each_other_find_their_order(void)
 {
-    /* a reference above the old limit, written before the limit */
+    /* The reference is above the old limit and is written before the new limit. */
     given(RUN "[requests]\ni_q_request = 12\n[params]\ncurrent_limit = 12\n");
     TEST_ASSERT_EQUAL_STRING("current_limit", scenario->events[0].settings[0].row->name);
-    /* if a limit is refused, the message names it, not the reference that depends on it */
+    /* If a limit is refused, the message names the limit and not the reference that depends on it. */
     expect_error(RUN "[requests]\ni_q_request = 12\n[params]\ncurrent_limit = 14\n",
                  "8:1: overcurrent_trip: 15 A: accepted 16.8 to 19 A");
-    /* and in the reverse direction: the reference must change first */
+    /* In the reverse direction the reference must change first. */
     given(RUN "[requests]\ni_q_request = 9\n[[at]]\ntime = 0.5\nparams.current_limit = "
               "5\nrequests.i_q_request = 4\n");
     TEST_ASSERT_EQUAL_STRING("i_q_request", scenario->events[1].settings[0].row->name);
-    /* an active load may drive, a passive one not */
+    /* An active load may have a driving torque, a passive one may not. */
     given(RUN "[plant]\nload_torque = -5\nload_kind = 1\n[[at]]\ntime = 0.5\nplant.load_kind = "
               "0\nplant.load_torque = 5\n");
     TEST_ASSERT_EQUAL_STRING("load_kind", scenario->events[0].settings[0].row->name);
@@ -248,11 +247,11 @@ static void test_events_are_judged_in_the_order_of_time(void)
 static void test_a_ramp_is_tried_between_its_ends(void)
 {
     given(RUN "[[at]]\ntime = 0.1\nramp = 0.1\nplant.load_torque = 5\nparams.current_limit = 5\n");
-    /* the end is whole, what lies between is not */
+    /* The end of the ramp is a whole number, the values between are not. */
     expect_error(RUN "[[at]]\ntime = 0.1\nramp = 0.1\nplant.pole_pairs = 5\n",
                  "8:7: pole_pairs: a ramp passes values");
-    given(RUN
-          "[[at]]\ntime = 0.1\nramp = 0.1\nparams.motor_pole_pairs = 3\n"); /* no float row: it switches */
+    /* This row is not a float, so that its value changes in one step. */
+    given(RUN "[[at]]\ntime = 0.1\nramp = 0.1\nparams.motor_pole_pairs = 3\n");
 }
 
 /* ---- limits of expectations ---- */
@@ -293,7 +292,8 @@ static void test_an_override_replaces_or_adds_a_setting(void)
     set("enable=on");
     set("requests.speed_request= 600 r/min");
     set("compensation_gain=40 %");
-    set("sink_temperature=60"); /* signals shows it, plant sets it */
+    /* The name exists in signals, where it can only be read, and in plant, where it is set. */
+    set("sink_temperature=60");
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));
     TEST_ASSERT_EQUAL_UINT32(7u, scenario->events[0].count);
     TEST_ASSERT_TRUE(initial("plant.sink_temperature") == 60.0);
@@ -303,7 +303,7 @@ static void test_an_override_replaces_or_adds_a_setting(void)
     TEST_ASSERT_TRUE(initial("enable") == 1.0);
     TEST_ASSERT_TRUE(initial("compensation_gain") == (double)0.4f);
     TEST_ASSERT_TRUE(initial("speed_request") == (double)(float)(600.0 * (PI / 30.0)));
-    TEST_ASSERT_TRUE(initial("friction_coulomb") == (double)1.32f); /* unchanged: the default */
+    TEST_ASSERT_TRUE(initial("friction_coulomb") == (double)1.32f); /* the default value */
 }
 
 static void test_run_and_start_can_be_overridden(void)

@@ -1,6 +1,6 @@
-/* `lagless tune` on the board of this build, over all motors of the library and some of no library:
- * the drive accepts all that it prints or derives, and its statements about the drive agree with the drive.
- * One program a board. */
+/* `lagless tune` on the board of this build, with all motors of the library and some others. The drive
+ * accepts all parameters that tune prints or derives, and tune's statements about the drive are true.
+ * There is one program for each board. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,11 +16,11 @@
 #include "tests/rig/seed.h"
 #include "unity.h"
 
-const board_facts_t *const board_facts[] = {NULL}; /* this test does not concern the list of boards */
+const board_facts_t *const board_facts[] = {NULL}; /* this test does not use the list of boards */
 
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
 
-/* Motors of no library: a hub motor, a direct drive, a small and a large servo, a spindle. */
+/* Motors that are not in the library: a hub motor, a direct drive, a small and a large servo, a spindle. */
 static const char *const sheets[] = {
     "pole_pairs = 15\nresistance_line = \"0.13 ohm\"\ninductance_line = \"0.25 mH\"\nke_line_rms = \"48 "
     "V/krpm\"\n"
@@ -74,8 +74,8 @@ static size_t motors(void)
     return (size_t)library + SHEETS;
 }
 
-/* If tune cannot run a motor, the message names what motor or board lack, not a row that tune has computed.
- * */
+/* If tune refuses a motor, the message names what motor or board lack, and not a parameter that tune has
+ * computed. */
 static bool tuned(const char *name)
 {
     char text[900];
@@ -136,7 +136,7 @@ static void expect_accepted_as_scenario(const char *name)
     scenario_free(read_back(name, "", write_scenario));
 }
 
-/* 23: the drive's own function on the rows of tune. */
+/* The hand-over speed of tune must be that of the drive's own function with the parameters of tune. */
 static void expect_handover_of_the_drive(const char *name)
 {
     params_t params;
@@ -165,7 +165,7 @@ static void expect_handover_of_the_drive(const char *name)
     }
 }
 
-/* The number in the text is the number of the row, where neither sampling nor the motor takes it down. */
+/* The text must contain the number of the parameter, unless sampling or the motor reduces it. */
 static void expect_overspeed_trip_of_its_reason(const char *name)
 {
     const double by_turn = 0.999 * 0.63 / (motor.value[MOTOR_POLE_PAIRS] * RIG_PERIOD_SECONDS);
@@ -176,7 +176,7 @@ static void expect_overspeed_trip_of_its_reason(const char *name)
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-3 * expected, expected, row_of("overspeed_trip"), name);
 }
 
-/* A leg carries all of a start's current while the rotor is aligned (docs/theory.md, 29). */
+/* While the rotor is aligned, one leg carries the whole current of the start (docs/theory.md, 29). */
 static void expect_start_current_of_a_leg(const char *name)
 {
     const double start = row_of("start_current") > 0.0 ? row_of("start_current") : row_of("current_limit");
@@ -196,9 +196,9 @@ static void test_the_output_of_tune_is_accepted_and_agrees_with_the_drive(void)
     }
 }
 
-/* Motors that do not run with the rows of tune, each printed by the test. Assumed reasons, which are not
- * proven: at 16 kHz dead time and drops of a board for 311 V leave too little of 24 V and of 48 V; the EMF of
- * a hub motor of 48 V on a board of 400 V is below the error of the dead time. */
+/* Motors that do not run with the parameters of tune; the test prints each of them. The reasons are
+ * assumed and not proven. On a board for 311 V at 16 kHz dead time and drops take too much of a link of 24
+ * V or 48 V. On a board of 400 V the EMF of a 48 V hub motor is smaller than the error of the dead time. */
 static bool is_known(const char *name)
 {
     const bool fast = RIG_PERIOD_SECONDS < 70e-6;
@@ -207,7 +207,8 @@ static bool is_known(const char *name)
            strcmp(name, "sheet 0 on hvmtrpfckit") == 0;
 }
 
-/* True if tune has warned that the board's steps of the current are too coarse for this motor. */
+/* Returns true if tune has warned that the current steps of the board's sensors are too coarse for this
+ * motor. */
 static bool is_too_coarse(const tune_t *derived)
 {
     for (uint32_t n = 0; n < derived->warning_count; n++) {
@@ -218,8 +219,9 @@ static bool is_too_coarse(const tune_t *derived)
     return false;
 }
 
-/* The scenario that tune writes runs as described: from standstill to the top speed and under all of the
- * load, without an encoder where the motor allows it; no fault, and running at the end. A grid of motors. */
+/* The scenario that tune writes runs as described: from standstill to the top speed and under the whole
+ * load, without an encoder if the motor allows it. The run has no fault, and the motor turns at the end of
+ * the run. The test is a grid of motors. */
 static void test_what_tune_writes_runs(void)
 {
     static motor_trial_t trial;

@@ -1,4 +1,5 @@
-/* Quantities as text. Expected values are literals of the number meant: the reading is exact. */
+/* Quantities as text. The expected values are literals of the same number, because the conversion is
+ * exact. */
 #include <locale.h>
 #include <math.h>
 #include <stdio.h>
@@ -10,7 +11,7 @@
 
 #define PI  3.14159265358979323846
 #define RPM (2.0 * PI / 60.0)      /* [rad/s] */
-#define LBF (0.45359237 * 9.80665) /* [N] a pound's weight */
+#define LBF (0.45359237 * 9.80665) /* [N] weight of a pound */
 
 static double value_of(const char *text, const char *unit)
 {
@@ -40,8 +41,8 @@ static void expect_refused(const char *text, const char *unit, const char *part)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why.text, "accepted: "), why.text);
 }
 
-/* A prefix goes into the number's exponent, so that the result is exactly the double of the literal in a
- * compiler; a factor is rounded once, the product once more. */
+/* A prefix changes the exponent of the number, so that the result is exactly the double of the literal in
+ * a compiler. A factor is rounded once, and the product once more. */
 static void test_values_are_exact(void)
 {
     static const struct {
@@ -56,7 +57,7 @@ static void test_values_are_exact(void)
         {0.003, "30000 g cm^2", "kg m^2"},
         {1500.0, "1.5 kN m", "N m"},
         {0.3, "30 %", "-"},
-        /* forms of a number */
+        /* forms of numbers */
         {-5.0, "-5 N m", "N m"},
         {5.0, "+5 N m", "N m"},
         {0.5, ".5 s", "s"},
@@ -66,14 +67,14 @@ static void test_values_are_exact(void)
         {311.0, "  311   V  ", "V"},
         {0.1, "0.1000000000000000055511151231257827 s", "s"},
         {0.0, "1e-999999999999999999999 s", "s"},
-        /* factors */
+        /* units with a factor */
         {1500.0 * (PI / 30.0), "1500 r/min", UNITS_SPEED},
         {200.0 * (PI / 30.0), "200 rpm/s", UNITS_ACCELERATION},
         {30.0 * (PI / 180.0), "30 deg", "rad"},
         {160.0 * (2.0 * PI), "160 Hz", "rad/s"},
         {120.0, "2 min", "s"},
         {1000.0, "1 krad/s", "rad/s"},
-        /* units without a list are read as they are spelled */
+        /* units without alternatives are read as they are spelled */
         {12.0, "12 periods", "periods"},
         {5.0, "5 N  m", "N m"},
         {0.2, "0.2 Nms/rad", "N m s/rad"},
@@ -86,7 +87,8 @@ static void test_values_are_exact(void)
     TEST_ASSERT_TRUE(signbit(value_of("-0 A", "A")));
 }
 
-/* Units as data sheets spell them. Every value is the definition of the unit, not taken from the table. */
+/* The units as data sheets spell them. Every value follows from the definition of the unit and not from
+ * the table of the program. */
 static void test_each_spelling_of_a_unit_is_that_unit(void)
 {
     static const struct {
@@ -142,7 +144,7 @@ static void test_what_is_not_a_quantity_is_refused_with_what_would_be(void)
         {"5 kg", "N m", "quantity in N m; accepted: a number with N m, mN m, kN m"},
         {"1500", UNITS_SPEED, "\"1500\" has no unit; accepted: a number with rad/s, r/min, deg/s, rpm"},
         {"200 r/min", UNITS_ACCELERATION, "quantity in rad/s^2; accepted: a number with rad/s^2, r/min/s"},
-        {"5 ma", "A", "quantity in A"}, /* units tell upper from lower case */
+        {"5 ma", "A", "quantity in A"}, /* upper and lower case of a unit differ */
         {"5 m s", "s", "quantity in s"},
         {"5 s s", "s", "quantity in s"},
         {"1 V", "-", "pure number"},
@@ -159,12 +161,12 @@ static void test_what_is_not_a_quantity_is_refused_with_what_would_be(void)
         {"5 e3 s", "s", "quantity in s"},
         {"1e400 s", "s", "is too large"},
         {"1e999999999999999999999 s", "s", "is too large"},
-        /* r/min on an electrical speed would be wrong by the pole pairs */
+        /* r/min would be wrong by the number of pole pairs for an electrical speed */
         {"1500 r/min", "rad/s", "accepted: a number with rad/s, krad/s, Hz, kHz"},
         {"200 r/min/s", "rad/s^2", "accepted: a number with rad/s^2"},
         {"25 Hz", UNITS_SPEED, "accepted: a number with rad/s, r/min, deg/s, rpm"},
-        /* what no data sheet means: no guess */
-        {"3 Arms", "A", "quantity in A"}, /* a row of the drive: amplitudes */
+        /* units whose meaning is not certain are refused */
+        {"3 Arms", "A", "quantity in A"}, /* parameters of the drive are amplitudes */
         {"2 N..m", "N m", "quantity in N m"},
         {"2 mm", "N m", "quantity in N m"},
         {"2 Nm/", "N m", "quantity in N m"},
@@ -186,14 +188,14 @@ static void test_texts_of_any_length_are_read_or_refused(void)
     expect_refused(text, "s", "does not begin with a number");
     memset(text, '9', 300);
     memcpy(text + 300, " s", 3u);
-    TEST_ASSERT_TRUE(value_of(text, "s") == 1e300); /* 300 nines: the double nearest to 10^300 */
+    TEST_ASSERT_TRUE(value_of(text, "s") == 1e300); /* 300 nines, whose nearest double is 10^300 */
     memset(text, 'a', 110);
     memcpy(text, "1 ", 2u);
     text[110] = '\0';
     expect_refused(text, "A", "quantity in A");
 }
 
-/* The rows that say "mechanical" in their text; a new one of that kind belongs into this list. */
+/* The rows whose text contains "mechanical"; a new row of this kind must be added to the list. */
 static void test_mechanical_speeds_are_known_by_their_text(void)
 {
     static const char *const mechanical[] = {"omega_m",        "omega_m_ref",        "true_omega_m",
@@ -278,8 +280,8 @@ static void test_both_ends_of_a_range_have_one_unit_unless_it_needs_an_exponent(
     TEST_ASSERT_EQUAL_STRING("1e-07 to 1000 kg m^2", units_range_text(text, 1e-7, 1e3, "kg m^2"));
 }
 
-/* Read again, in the unit that it is written in, each end is a 32-bit value of the range: for speeds, whose
- * factor is no decimal number, and for prefixes. */
+/* Each end of a range, read again in the unit in which it is written, is a 32-bit value within the range.
+ * This is tested for speeds, whose factor is no decimal number, and for prefixes. */
 static void test_ends_of_a_range_are_read_as_values_of_it(void)
 {
     static const char *const units[] = {UNITS_SPEED, "rad/s", "s", "A", "H", "-", "kg m^2", "degC"};

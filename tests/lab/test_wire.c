@@ -1,4 +1,5 @@
-/* The far end of the drive's line: one client, unchanged octets, and the effect when it disconnects. */
+/* The server side of the drive's line: one client at a time, unchanged octets, and the effect of a
+ * disconnect. */
 #include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -53,7 +54,7 @@ static void open_port(bool wait)
     TEST_ASSERT_NOT_NULL_MESSAGE(wire, error.text);
 }
 
-/* Octets that have arrived within 20 calls. */
+/* The octets that arrive within 20 calls. */
 static uint32_t read_some(uint8_t *to, uint32_t room)
 {
     uint32_t count = 0;
@@ -65,7 +66,7 @@ static uint32_t read_some(uint8_t *to, uint32_t room)
     return count;
 }
 
-/* Four frames of 64 octets behind their heads: together every value once. */
+/* Four frames of 64 octets, which together contain every octet value once. */
 static void frames_of_all(uint8_t all[272])
 {
     for (uint32_t n = 0; n < 272u; n++) {
@@ -119,8 +120,9 @@ static void test_only_this_machine_is_listened_to(void)
     close(client);
 }
 
-/* Silence, DISCONNECT, silence; then the next client is accepted, and gets no data of the first one; also a
- * client that connects before the server has noticed that the first one is gone. */
+/* The drive receives silence, a DISCONNECT, and silence. Then the next client is accepted and receives no
+ * data of the first one. This holds also for a client that connects before the server has noticed that the
+ * first one is gone. */
 static void test_a_disconnect_is_sent_for_a_client_that_leaves_before_the_next_one_is_served(void)
 {
     static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
@@ -143,16 +145,18 @@ static void test_a_disconnect_is_sent_for_a_client_that_leaves_before_the_next_o
             polls++;
             count = wire_read(wire, octets, sizeof octets);
         }
-        TEST_ASSERT_GREATER_OR_EQUAL_UINT32(6u, polls); /* [ms] more than a half frame is waited for */
+        /* [ms] longer than the wait for the rest of a frame. */
+        TEST_ASSERT_GREATER_OR_EQUAL_UINT32(6u, polls);
         TEST_ASSERT_EQUAL_UINT32(sizeof goodbye, count);
         TEST_ASSERT_EQUAL_UINT8_ARRAY(goodbye, octets, sizeof goodbye);
-        TEST_ASSERT_EQUAL_UINT32(3u, wire_write(wire, octets, 3u)); /* its answer, to no one */
+        /* An answer of the drive, for which there is no client. */
+        TEST_ASSERT_EQUAL_UINT32(3u, wire_write(wire, octets, 3u));
         TEST_ASSERT_EQUAL_UINT32(5u, read_some(octets, 5u));
         TEST_ASSERT_EQUAL('x', octets[4]);
         TEST_ASSERT_EQUAL(-1, recv(second, octets, 1, MSG_DONTWAIT));
         close(second);
         wire_poll(wire);
-        read_some(octets, 5u); /* the second one's good-bye */
+        read_some(octets, 5u); /* the DISCONNECT for the second client */
     }
 }
 
@@ -165,7 +169,7 @@ static void test_without_a_client_all_octets_are_accepted(void)
     }
 }
 
-/* A client that does not read: a line that does not wait accepts fewer and fewer octets. */
+/* A client does not read, and the line does not wait: the line accepts fewer and fewer octets. */
 static void test_without_waiting_a_slow_client_leaves_no_room(void)
 {
     const uint8_t octets[100] = {0};
@@ -173,7 +177,7 @@ static void test_without_waiting_a_slow_client_leaves_no_room(void)
     const int client = client_at(port_of(wire));
     wire_poll(wire);
     uint32_t taken = 0;
-    for (int n = 0; n < 100000; n++) { /* 10 MB: more than two sockets hold */
+    for (int n = 0; n < 100000; n++) { /* 10 MB, more than two sockets can store */
         taken += wire_write(wire, octets, sizeof octets);
         wire_poll(wire);
     }
@@ -182,7 +186,7 @@ static void test_without_waiting_a_slow_client_leaves_no_room(void)
     close(client);
 }
 
-/* A child writes 10 MB of a count through a waiting line; all of it arrives, in order. */
+/* A child process writes 10 MB of a counter through a line that waits; all octets arrive in order. */
 static void test_with_waiting_nothing_is_lost(void)
 {
     enum { TOTAL = 10000000 };
@@ -208,7 +212,7 @@ static void test_with_waiting_nothing_is_lost(void)
         }
         _exit(0);
     }
-    usleep(200000); /* the writer has filled everything by now */
+    usleep(200000); /* the writer has filled all buffers by now */
     uint32_t count = 0, wrong = 0;
     while (count < TOTAL) {
         const ssize_t n = recv(client, got, sizeof got, 0);
@@ -246,11 +250,11 @@ static void test_stop_ends_the_waiting(void)
         (void)wire_write(wire, octets, sizeof octets);
         writes++;
     }
-    TEST_ASSERT_LESS_THAN_UINT32(1000000u, writes); /* it was the signal, not the count */
+    TEST_ASSERT_LESS_THAN_UINT32(1000000u, writes); /* the signal has ended it, not the count */
     close(client);
 }
 
-/* Every octet value, among them those that a terminal would interpret as commands or change. */
+/* All octet values are transferred, also those that a terminal would interpret as commands or change. */
 static void test_terminal_is_raw(void)
 {
     wire_error_t error;
@@ -275,7 +279,7 @@ static void test_terminal_is_raw(void)
     }
     TEST_ASSERT_EQUAL_UINT8_ARRAY(all, got, 256);
     close(client);
-    read_some(got, 1u); /* it may come and go */
+    read_some(got, 1u); /* the client may connect and disconnect */
     const int again = open(wire_name(wire), O_RDWR | O_NOCTTY);
     TEST_ASSERT_EQUAL(3, write(again, "abc", 3));
     TEST_ASSERT_EQUAL_UINT32(3u, read_some(got, 3u));
@@ -298,7 +302,7 @@ static void put(int client, const void *octets, size_t count)
     TEST_ASSERT_EQUAL((ssize_t)count, send(client, octets, count, MSG_NOSIGNAL));
 }
 
-/* Only the DISCONNECT that the wire itself sends for a client that has disconnected. */
+/* The drive receives only the DISCONNECT that the server itself sends for a client that has disconnected. */
 static void expect_closed_unheard(int client)
 {
     static const uint8_t goodbye[] = {1, 0, 0, 0, 0xFE};
@@ -306,17 +310,17 @@ static void expect_closed_unheard(int client)
     const uint32_t count = read_some(heard, sizeof heard);
     TEST_ASSERT_FALSE(wire_has_client(wire));
     TEST_ASSERT_TRUE(count == 0u || (count == sizeof goodbye && memcmp(heard, goodbye, count) == 0));
-    TEST_ASSERT_TRUE(recv(client, heard, 1, 0) <= 0); /* an end or a reset, no silence */
+    TEST_ASSERT_TRUE(recv(client, heard, 1, 0) <= 0); /* the connection ends or is reset */
     close(client);
     wire_close(wire);
     wire = NULL;
 }
 
-/* CONNECT, SET_MTA and DOWNLOAD: they would switch the motor on. */
+/* CONNECT, SET_MTA and DOWNLOAD, which would switch the motor on. */
 static const uint8_t start[] = {2,    0,    0, 0, 0xFF, 0x00, 8, 0, 1,    0, 0xF6, 0, 0, 2,
                                 0xA0, 0x0F, 0, 0, 6,    0,    2, 0, 0xF0, 4, 0x79, 0, 0, 0};
 
-/* HTTP, TLS, and lengths of 0 and above the largest. */
+/* The other octets are HTTP, TLS, and lengths of 0 and above the largest one. */
 static void test_frames_behind_other_octets_are_ignored(void)
 {
 #define HEAD(text)                                                                                           \
@@ -353,7 +357,7 @@ static void test_valid_frames_before_an_invalid_one_are_accepted_and_none_behind
     expect_closed_unheard(client);
 }
 
-/* TCP may deliver a frame in pieces with any pause between them: the drive gets the whole frame. */
+/* TCP may deliver a frame in pieces with any pause between them; the drive receives the whole frame. */
 static void test_a_frame_in_pieces_is_handed_on_whole(void)
 {
     uint8_t heard[64];

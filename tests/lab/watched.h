@@ -1,5 +1,5 @@
-/* For the tests of the campaign's judgement: the rows of one period, which a test writes, and the watch
- * that reads them. Included once by a test program. */
+/* For the tests of the campaign's judgement: the slots of one period, which a test writes, and the watch
+ * that reads them. A test program includes this file once. */
 #ifndef TESTS_LAB_WATCHED_H
 #define TESTS_LAB_WATCHED_H
 
@@ -22,7 +22,8 @@ static uint32_t *slot(const char *name)
 {
     const uint32_t id = rig_row_by_name(name)->id;
     uint32_t *found = NULL;
-    for (uint32_t n = 0; n < count; n++) { /* a signal that is judged alone appears twice: the second one */
+    /* a signal that is judged by itself appears twice; this finds the second one. */
+    for (uint32_t n = 0; n < count; n++) {
         found = ids[n] == id ? &slots[n] : found;
     }
     TEST_ASSERT_NOT_NULL_MESSAGE(found, name);
@@ -34,7 +35,7 @@ static void put(const char *name, float value)
     memcpy(slot(name), &value, sizeof value);
 }
 
-/* `observed` is watched again, from a period on in which the drive runs. */
+/* Begins to watch `observed` again, from a period on in which the drive runs. */
 static void watch_a_drive_that_runs(void)
 {
     result = (campaign_result_t){.invariant = CAMPAIGN_NO_INVARIANT};

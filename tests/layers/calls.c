@@ -1,4 +1,4 @@
-/* A function of a room that calls another room's, which it has declared by hand. */
+/* A function of one module that calls a function of another module, which this source itself declares. */
 void CALLS(void *module);
 void calls(void *module);
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Proves tools/check-layers: a small tree that keeps every rule passes; broken in one place, it fails and the message names
-file, line and rule. CC, AR and NM choose the tools."""
+"""Proves tools/check-layers. A small tree that keeps every rule passes. If one rule is broken, the check fails, and the message names file,
+line and rule. CC, AR and NM choose the tools."""
 import contextlib
 import io
 import os
@@ -119,7 +119,7 @@ FORBIDDEN_WORDS = (
     ("/* \" */ typedef double wide_t; /* \" */", "`double`"),
 )
 
-# Code appended to a source, its line that is reported, and the text of the report.
+# Code that is appended to a source, the line of it that is reported, and the text of the report.
 FORBIDDEN_SYMBOLS = (
     ("firmware/drive/drive.c", "void hal_write(int x);\nvoid f(void);\nvoid f(void)\n{\n    hal_write(1);\n}\n",
      5, "firmware must not need hal_write"),
@@ -142,11 +142,11 @@ FORBIDDEN_SYMBOLS = (
 
 FIELDS = "".join(f"    float f{n};\n" for n in range(26))
 
-# Files in addition to those of the tree, and the text of the report; "": nothing.
+# Additional files, and the text of the report; "" if nothing is reported.
 STRUCTS = (
     ({"firmware/a.h": "\n/* one; two; */\ntypedef struct {\n" + FIELDS + "} a_t;\n"}, "firmware/a.h:3: struct: has 26 fields; 25 at most"),
     ({"firmware/a.h": "typedef struct {\n" + FIELDS.replace("    float f25;\n", "") + "} a_t;\n"}, ""),
-    # fields of a struct within do not count, each name of a declaration does, rows of a table are none
+    # Fields of an inner struct do not count, each name of a declaration counts, and rows of a table do not count.
     ({"firmware/a.h": "struct a {\n    struct {\n" + FIELDS[:-13] + "    } inner;\n    float x, y;\n};\n"}, ""),
     ({"firmware/a.h": "struct a {\n    float " + ", ".join(f"f{n}" for n in range(26)) + ";\n};\n"}, "has 26 fields"),
     ({"firmware/a.h": "#define FIELD(n) float f##n;\ntypedef struct {\n    ROWS(FIELD, FIELD)\n} a_t;\n"}, ""),
@@ -199,7 +199,7 @@ class CheckLayers(unittest.TestCase):
         cls.good_objects = {source: cls.compile(cls.good, source) for room in LIBRARIES.values() for source in room}
 
     def build(self):
-        """The libraries of the tree; only sources that a test has changed are compiled again."""
+        """Builds the libraries of the tree; only sources that a test has changed are compiled again."""
         arguments = []
         for room, sources in LIBRARIES.items():
             changed = {s for s in sources if (self.root / s).read_text() != TREE[s]}
@@ -211,7 +211,7 @@ class CheckLayers(unittest.TestCase):
         return arguments
 
     def check(self, *arguments):
-        """The checker's verdict, in this process: starting Python again for each test takes longer than the test."""
+        """The result of the checker, which runs in this process: a new Python process would take longer than the test."""
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             try:
@@ -224,7 +224,7 @@ class CheckLayers(unittest.TestCase):
         return subprocess.CompletedProcess(arguments, code, out.getvalue(), err.getvalue())
 
     def assert_breach(self, start, text, symbols=False):
-        """Exactly one message, which begins with `file:line: rule:` and contains the text."""
+        """The checker prints exactly one message, which begins with `file:line: rule:` and contains the text."""
         run = self.check(*(self.build() if symbols else ()))
         rows = run.stdout.splitlines()
         self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
@@ -245,7 +245,7 @@ class CheckLayers(unittest.TestCase):
         self.assertEqual(broken.returncode, 1)
         self.assertEqual(broken.stdout, "firmware/drive/drive.c:1: include: firmware/drive must not include hal/hal.h\n")
 
-    # Includes
+    # Includes and lengths of files
 
     def test_what_is_too_long_is_reported(self):
         self.write("firmware/settings/faults.h", "\n" * 501)  # a table
@@ -326,7 +326,7 @@ class CheckLayers(unittest.TestCase):
         self.write("README.md", "line one\nsee " + "/".join(["", "home", "somebody", "notes"]) + "\n")
         self.assert_breach("README.md:2: machine: ", "somebody")
 
-    # Documents. Written so that these lines cite none.
+    # Documents. The names are composed so that these lines do not cite a document themselves.
 
     def test_document_in_another_folder_is_found(self):
         self.write("docs/notes" + ".md", "")
@@ -349,7 +349,7 @@ class CheckLayers(unittest.TestCase):
         self.prepend("hal/f28335/pwm.c", "/* docs/theory" + ".md,\n * 2 */")
         self.assert_breach("hal/f28335/pwm.c:1: document: ", "has no section 2")
 
-    # Symbols: an include rule can be dodged by a declaration by hand
+    # Symbols: a declaration in the source itself evades the rule of the includes.
 
     def assert_forbidden_symbol(self, name, text, line, message):
         self.append(name, text)

@@ -1,5 +1,7 @@
-"""The orders to pyxcp, in a separate process because it takes its configuration from there (pyxcp_conf.py in the
-working folder). Prints a JSON object. usage: client.py facts | writes | unlocks KEY | record SECONDS EVERY FILE ID..."""
+"""Sends the orders to pyxcp, in a separate process because pyxcp reads its configuration from the working folder (pyxcp_conf.py). Prints a
+JSON object.
+
+usage: client.py facts | writes | unlocks KEY | record SECONDS EVERY FILE ID..."""
 
 import json
 import struct
@@ -16,7 +18,7 @@ SIGNALS, PARAMS, REQUESTS, SERVICES = range(4)
 
 
 class Rows(DaqOnlinePolicy):
-    """Keeps the stamps of the slave and the values."""
+    """Keeps the time stamps of the slave and the values."""
 
     def initialize(self):
         self.stamps = []
@@ -31,8 +33,8 @@ class Rows(DaqOnlinePolicy):
 
 
 def record(seconds, every, path, ids):
-    """For every n-th period its number, then floats; as 32-bit words, a row after the other. pyxcp orders them
-    by address."""
+    """Records every n-th period as 32-bit words: first the number of the period, then the floats, row after row. pyxcp orders the floats by
+    address."""
     measurements = [("period", 4 * 2000, SIGNALS, "U32")] + [("s%d" % i, 4 * i, SIGNALS, "F32") for i in sorted(ids)]
     policy = Rows([DaqList(name="isr", event_num=0, stim=False, enable_timestamps=True, measurements=measurements,
                            priority=0, prescaler=every)])
@@ -40,7 +42,7 @@ def record(seconds, every, path, ids):
         x.connect()
         policy.setup()
         policy.start()
-        while len(policy.stamps) < 10000 * seconds / every:  # seconds of the drive: a busy machine may take longer
+        while len(policy.stamps) < 10000 * seconds / every:  # seconds by the clock of the drive: a busy machine may take longer
             time.sleep(0.05)
         policy.stop()
         lost = struct.unpack("<I", bytes(x.shortUpload(4, 4 * 1952, SERVICES)))[0]
@@ -55,7 +57,7 @@ def record(seconds, every, path, ids):
 
 
 def facts():
-    """The drive's description of itself, with the names of pyxcp."""
+    """The drive's description of itself, under the names that pyxcp uses."""
     with ArgumentParser(description="").run() as x:
         connected = x.connect()
         x.allocDaq(2)
@@ -94,7 +96,7 @@ def facts():
 
 
 def writes():
-    """Requests and a staged parameter, read back; the speed that the motor then has."""
+    """Writes requests and a staged parameter and reads them back; returns also the speed that the motor then has."""
 
     def put(x, slot, extension, octets):
         x.setMta(4 * slot, extension)
@@ -124,7 +126,8 @@ def writes():
 
 
 def unlocks(key):
-    """The protection as the drive reports it, and the effect of a write: locked, unlocked by the answer to its seed (docs/serial.md)."""
+    """The protection as the drive reports it and the effect of a write, first locked and then unlocked by the answer to the drive's seed
+    (docs/serial.md)."""
 
     def status(x):
         return bool(x.getStatus().resourceProtectionStatus.calpag)

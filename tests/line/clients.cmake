@@ -1,5 +1,5 @@
-# The line, by those who did not write it: pyxcp, unmodified, at `lagless serve`. Skipped where tools/setup has not put it
-# into build/venv.
+# The serial line with a client of other authors: pyxcp, not modified, connects to `lagless serve`. The tests are skipped if tools/setup has
+# not put pyxcp into build/venv.
 set(line_python "${CMAKE_SOURCE_DIR}/build/venv/bin/python3")
 if(NOT EXISTS "${line_python}")
     set(line_python "${Python3_EXECUTABLE}")

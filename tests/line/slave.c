@@ -70,7 +70,7 @@ uint32_t slave_count(slave_t *slave, uint8_t command)
     return count;
 }
 
-/* ---- out ---- */
+/* ---- sending ---- */
 
 static void send_octets(slave_t *slave, const uint8_t *octets, uint32_t count)
 {
@@ -86,7 +86,7 @@ static void send_octets(slave_t *slave, const uint8_t *octets, uint32_t count)
     }
 }
 
-/* Fill and sum of words, by the standard; octets of both. */
+/* Appends the fill octet and the sum of words by the standard; returns the number of octets of both. */
 static uint32_t add_tail(uint8_t *frame, uint32_t count)
 {
     uint32_t sum = 0;
@@ -233,12 +233,12 @@ static uint32_t act(slave_t *slave, session_t *session, const uint8_t *command, 
     case 0xDD:
         slave->running = command[1] == 1u;
         return 1u;
-    default: /* ALLOC_DAQ, SET_DAQ_PTR, DISCONNECT: nothing to do */
+    default: /* ALLOC_DAQ, SET_DAQ_PTR and DISCONNECT need no action */
         return 1u;
     }
 }
 
-/* Over a serial line SET_MTA and DOWNLOAD, which eight octets are enough to recognise, must come twice. */
+/* Over a serial line SET_MTA and DOWNLOAD must come twice; the first eight octets identify a command. */
 static bool is_certain(slave_t *slave, const uint8_t *command)
 {
     if (!slave->serial || (command[0] != 0xF6u && command[0] != 0xF0u)) {
@@ -268,7 +268,7 @@ static bool is_good(slave_t *slave, const uint8_t *frame, uint32_t length)
     return good;
 }
 
-/* One command; the lock is held. */
+/* Answers one command. The caller holds the lock. */
 static void answer_command(slave_t *slave, session_t *session, const uint8_t *command)
 {
     static const uint8_t rubbish[64] = {0x80, 0x00, 0x12, 0x34, 0xFF, 0xFF, 0x07};

@@ -1,5 +1,5 @@
-/* Frames in a stream: whole, in halves, between rubbish, with holes. Expected values are the packets that
- * were put in. */
+/* Frames in a stream: whole frames, frames in two parts, frames between meaningless octets, and missing
+ * octets. The expected values are the packets that were put in. */
 #include <string.h>
 
 #include "host_sim/line/frames.h"
@@ -25,9 +25,10 @@ static void receive(const uint8_t *octets, uint32_t count)
     frames_received(&frames, count, now);
 }
 
-#define SIZE (frames.lossless ? 7u : 10u) /* [octets] of a frame */
+#define SIZE (frames.lossless ? 7u : 10u) /* [octets] length of a frame */
 
-/* A frame of three octets, first one `mark`; on a serial line with an octet 0 and the sum of the words. */
+/* A frame of three octets, the first of which is `mark`; on a serial line a fill octet 0 and the sum of
+ * words follow. */
 static void frame(uint8_t to[10], uint16_t counter, uint8_t mark)
 {
     const uint32_t sum = 3u + counter + (mark | 0xAAu << 8) + 0x55u;
@@ -78,7 +79,7 @@ static void test_frames_come_in_order_and_those_that_are_missing_are_counted(voi
     }
 }
 
-/* Rubbish, a length of 0, one above the most. */
+/* The dropped octets are meaningless ones, a length of 0, and a length above the largest one. */
 static void test_what_is_not_a_frame_is_dropped_and_the_next_one_is_good(void)
 {
     static const uint8_t rubbish[3][7] = {
@@ -125,14 +126,14 @@ static void test_a_half_frame_ends_with_silence_and_the_next_one_is_good(void)
     expect(3);
 }
 
-/* Without any silence: samples that never cease. */
+/* The stream has no pause: the samples follow each other without a gap. */
 static void test_stream_is_found_again_after_a_lost_octet(void)
 {
     uint8_t stream[10 * 20];
     for (uint16_t n = 0; n < 20u; n++) {
         frame(stream + 10 * n, (uint16_t)(100u + n), (uint8_t)n);
     }
-    for (uint32_t lost = 10; lost < 20u; lost++) { /* each octet of the second frame in turn */
+    for (uint32_t lost = 10; lost < 20u; lost++) { /* each octet of the second frame in turn is lost */
         frames_init(&frames, false);
         receive_frame(99, 99);
         expect(99);
@@ -149,14 +150,15 @@ static void test_stream_is_found_again_after_a_lost_octet(void)
             good++;
         }
         TEST_ASSERT_EQUAL(19u, last);
-        TEST_ASSERT_TRUE_MESSAGE(good >= 17u, "at most the spoilt frame and its neighbour are lost");
+        TEST_ASSERT_TRUE_MESSAGE(good >= 17u, "at most the damaged frame and the next one are lost");
     }
 }
 
-/* The octets of a frame on a serial line, without those of the next one. */
+/* One bit of a frame on a serial line is wrong; the octets of the next frame are right. */
 static void test_a_frame_with_a_wrong_bit_is_dropped(void)
 {
-    for (uint32_t bit = 16; bit < 80u; bit++) { /* behind the length, which decides where it ends */
+    /* The bits after the length, which defines where the frame ends. */
+    for (uint32_t bit = 16; bit < 80u; bit++) {
         uint8_t octets[10];
         frames_init(&frames, false);
         receive_frame(1, 1);
@@ -173,7 +175,8 @@ static void test_a_frame_with_a_wrong_bit_is_dropped(void)
     }
 }
 
-/* By hand: 0002h + 0102h + 00FFh = 0203h; 0001h + 0103h + 00FDh = 0201h with an octet 0 behind the packet. */
+/* Calculated by hand: 0002h + 0102h + 00FFh = 0203h; 0001h + 0103h + 00FDh = 0201h with a fill octet 0
+ * after the packet. */
 static void test_a_frame_is_made_as_the_standard_has_it(void)
 {
     static const uint8_t even[8] = {2, 0, 0x02, 0x01, 0xFF, 0x00, 0x03, 0x02};

@@ -1,5 +1,5 @@
-/* The master against a slave that misbehaves on command. Expected: the reaction that the standard requires
- * of a master, and the requests that the slave got. */
+/* The master with a slave that misbehaves on command. The tests expect the reaction that the standard
+ * requires of a master, and the requests that the slave received. */
 #include <math.h>
 #include <poll.h>
 #include <string.h>
@@ -18,7 +18,7 @@ static slave_t slave;
 static master_t *master;
 static master_error_t error;
 
-/* By hand, in the order of the extensions. */
+/* Calculated by hand, in the order of the extensions. */
 static uint32_t hash_of_tables(void)
 {
     static const char *const names[] = {"signals", "params", "requests", "services"};
@@ -56,7 +56,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    /* a slave that does not answer does not delay the DISCONNECT for long */
+    /* A slave that does not answer delays the DISCONNECT only for a short time. */
     slave_end(&slave);
     master_close(master);
 }
@@ -78,7 +78,7 @@ static double value_of(const char *name)
     return value;
 }
 
-/* This time, and somewhat more on a busy machine. */
+/* The action took this time, and at most somewhat more on a busy machine. */
 static void took(double seconds, double started)
 {
     const double elapsed = master_now() - started;
@@ -156,13 +156,13 @@ static void test_a_slave_that_never_answers_is_given_up(void)
     has_text("no XCP device answers");
 }
 
-/* A chip that starts again does not answer for a while, and then answers only CONNECT. */
+/* A chip that restarts does not answer for a while, and then it answers only CONNECT. */
 static void test_connects_again_after_a_restart(void)
 {
     double value;
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, float_bits(3.0f));
-    slave.mute = 2; /* the clock that is requested meanwhile, and the first CONNECT */
+    slave.mute = 2; /* the request of the clock, and the first CONNECT */
     slave.counter = 0;
     const double started = master_now();
     TEST_ASSERT_TRUE_MESSAGE(master_again(master, 5.0, &error), error.text);
@@ -200,16 +200,16 @@ static void test_set_writes_the_slot_at_4_times_the_id(void)
                             slave_get(&slave, MASTER_REQUESTS, 4u * row("enable")->id));
 }
 
-/* A wrong value that no check on the line has detected. */
+/* The value is wrong although no check on the line has detected an error. */
 static void test_what_was_set_is_read_back(void)
 {
     connect_with(false);
     slave_put(&slave, MASTER_REQUESTS, 4u * row("speed_request")->id, 0u);
     slave_put(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id, 0u);
-    slave.spoil = 0x80000000u; /* the sign */
+    slave.spoil = 0x80000000u; /* inverts the sign */
     TEST_ASSERT_FALSE(master_set(master, row("speed_request"), 10.0, &error));
     has_text("speed_request 10: the drive has -10 instead");
-    slave.spoil = 0x00800000u; /* twice as much */
+    slave.spoil = 0x00800000u; /* doubles the value */
     TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), 0.5, &error));
     has_text("motor_resistance 0.5: the drive has 1 instead");
     TEST_ASSERT_TRUE(master_set(master, row("speed_request"), 10.0, &error));
@@ -271,24 +271,24 @@ static void test_long_reads_are_cut_into_packets(void)
 
 /* ---- a disturbed line ---- */
 
-/* Each once, and the values that are requested are right nevertheless. */
+/* Each misbehaviour occurs once; the requested values are right nevertheless. */
 static void test_a_slave_that_misbehaves_is_understood(void)
 {
     static const struct {
         const char *what;
         uint32_t *field, value;
         bool lossless;
-        uint32_t synchs; /* SYNCH commands that it takes */
-        double seconds;  /* least time of the first answer */
+        uint32_t synchs; /* number of SYNCH commands that the master sends */
+        double seconds;  /* shortest time of the first answer */
     } rows[] = {
         {"answers in single octets", &slave.split, 1u, false, 0u, 0.0},
-        {"a lost answer is asked for again after SYNCH", &slave.mute, 1u, false, 1u, MASTER_PATIENCE_SERIAL},
-        /* beyond the patience: SYNCH is under way when it comes */
-        {"a late answer is not taken for that of the next question", &slave.late, 700u, false, 1u, 0.7},
-        {"rubbish", &slave.noise, 21u, false, 0u, 0.0},
+        {"a lost answer is requested again after SYNCH", &slave.mute, 1u, false, 1u, MASTER_PATIENCE_SERIAL},
+        /* The answer comes after the time-out of the master, which has sent SYNCH by then. */
+        {"a late answer is not taken for the answer to the next command", &slave.late, 700u, false, 1u, 0.7},
+        {"meaningless octets", &slave.noise, 21u, false, 0u, 0.0},
         {"a jump of the counter", &slave.counter_jump, 100u, false, 0u, 0.0},
         {"busy", &slave.busy, 5u, true, 0u, 0.0},
-        {"pending prolongs the patience", &slave.pending, 3u, true, 0u, 1.8},
+        {"the event pending extends the time-out", &slave.pending, 3u, true, 0u, 1.8},
     };
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         connect_with(rows[n].lossless);
@@ -309,20 +309,20 @@ static void test_a_slave_that_misbehaves_is_understood(void)
     }
 }
 
-/* DOWNLOAD moves the address: a repeated one alone would write to the wrong address. */
+/* DOWNLOAD increments the address; a DOWNLOAD that is simply repeated would write to the wrong address. */
 static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(void)
 {
     const uint32_t address = 4u * row("motor_resistance")->id;
     connect_with(false);
     slave_put(&slave, MASTER_PARAMS, address, 0u);
     slave_put(&slave, MASTER_PARAMS, address + 4u, 0xDEADBEEFu);
-    slave.mute_at = 0xF0; /* DOWNLOAD acts, its answer gets lost */
+    slave.mute_at = 0xF0; /* DOWNLOAD takes effect, its answer is lost */
     TEST_ASSERT_TRUE(master_set(master, row("motor_resistance"), 2.0, &error));
     TEST_ASSERT_EQUAL_HEX32(float_bits(2.0f), slave_get(&slave, MASTER_PARAMS, address));
     TEST_ASSERT_EQUAL_HEX32(0xDEADBEEFu, slave_get(&slave, MASTER_PARAMS, address + 4u));
-    TEST_ASSERT_EQUAL(4u, slave_count(&slave, 0xF6)); /* each comes twice over a serial line */
-    TEST_ASSERT_EQUAL(3u,
-                      slave_count(&slave, 0xF0)); /* no answer to the first one, which was not carried out */
+    TEST_ASSERT_EQUAL(4u, slave_count(&slave, 0xF6)); /* each command comes twice over a serial line */
+    /* The first DOWNLOAD of the pair is not carried out and not answered. */
+    TEST_ASSERT_EQUAL(3u, slave_count(&slave, 0xF0));
 }
 
 static void test_a_slave_that_stops_answering_is_given_up_and_each_call_reports_it(void)
@@ -358,7 +358,7 @@ static void test_an_idle_line_is_kept_alive(void)
     const uint32_t before = slave_count(&slave, 0xDC);
     TEST_ASSERT_TRUE(master_wait(master, 10.5 * MASTER_ALIVE));
     const uint32_t count = slave_count(&slave, 0xDC) - before;
-    TEST_ASSERT_TRUE(count >= 3u && count <= 11u); /* 10 on a machine that has nothing else to do */
+    TEST_ASSERT_TRUE(count >= 3u && count <= 11u); /* 10 on an idle machine */
 }
 
 /* ---- requests that do not wait ---- */
@@ -383,7 +383,7 @@ static void test_questions_wait_in_the_queue_and_are_all_answered(void)
     for (uint32_t n = 0; n < 20u; n++) {
         master_ask_read(master, MASTER_SIGNALS, 4u * row("omega_m")->id, 4u, count_answer, (void *)&kinds[0]);
     }
-    TEST_ASSERT_EQUAL_MESSAGE(0u, answers[0], "nothing waits inside");
+    TEST_ASSERT_EQUAL_MESSAGE(0u, answers[0], "the call must not wait for an answer");
     for (uint32_t n = 0; n < 100u && answers[0] < 20u; n++) {
         TEST_ASSERT_TRUE(master_wait(master, 0.05));
     }
@@ -391,13 +391,14 @@ static void test_questions_wait_in_the_queue_and_are_all_answered(void)
     for (uint32_t n = 0; n < MASTER_QUEUE + 3u; n++) {
         master_ask_read(master, MASTER_SIGNALS, 4u * row("omega_m")->id, 4u, count_answer, (void *)&kinds[1]);
     }
-    /* the request of the drive's clock may take one more place */
+    /* The request of the drive's clock may occupy one more place. */
     TEST_ASSERT_TRUE_MESSAGE(answers[1] == 3u || answers[1] == 4u,
-                             "those that find no room are told so at once");
+                             "requests that do not fit into the queue are reported at once");
     TEST_ASSERT_EQUAL(MASTER_NOT_SENT, last_result);
     slave.close_next = true;
     (void)master_wait(master, 0.5);
-    TEST_ASSERT_EQUAL_MESSAGE(MASTER_QUEUE + 3u, answers[1], "a lost line answers all");
+    TEST_ASSERT_EQUAL_MESSAGE(MASTER_QUEUE + 3u, answers[1],
+                              "after a loss of the line every request is answered");
     TEST_ASSERT_EQUAL(MASTER_LOST, last_result);
 }
 
@@ -490,7 +491,7 @@ static void test_samples_have_their_periods_and_gaps_are_found(void)
     TEST_ASSERT_EQUAL(8u, sum.samples);
     TEST_ASSERT_EQUAL(1u, sum.gaps);
     TEST_ASSERT_EQUAL(2u, sum.missing);
-    TEST_ASSERT_EQUAL_MESSAGE(0u, sum.frames_missing, "the drive left them out, not the line");
+    TEST_ASSERT_EQUAL_MESSAGE(0u, sum.frames_missing, "the drive has left these samples out, not the line");
     TEST_ASSERT_TRUE(master_daq_stop(master, &error));
     TEST_ASSERT_FALSE(slave.running);
 }
@@ -508,7 +509,7 @@ static void test_stamps_wrap(void)
     TEST_ASSERT_EQUAL(0u, master_daq(master).gaps);
 }
 
-/* 16 floats are 69 octets: with packets of 40 octets they take two. */
+/* 16 floats are 69 octets, which take two packets of 40 octets. */
 static void test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole(void)
 {
     samples_t samples;
@@ -521,7 +522,7 @@ static void test_a_sample_in_several_packets_is_put_together_or_lost_as_a_whole(
     TEST_ASSERT_EQUAL(8u, slave.entries[0]);
     TEST_ASSERT_EQUAL(8u, slave.entries[1]);
     sample(1);
-    slave.lists = 1; /* of the next one only the first packet */
+    slave.lists = 1; /* only the first packet of the next sample is sent */
     sample(2);
     slave.lists = 2;
     sample(3);
@@ -540,7 +541,7 @@ static void test_samples_come_while_a_question_waits(void)
     slave_put(&slave, MASTER_SIGNALS, 4u * row("i_q")->id, float_bits(7.0f));
     start(&samples, 1u, 1u);
     sample(1);
-    slave.mute = 1; /* so that the request waits for its full time */
+    slave.mute = 1; /* the request then waits for the full time-out */
     TEST_ASSERT_EQUAL_DOUBLE(7.0, value_of("i_q"));
     sample(2);
     TEST_ASSERT_EQUAL_DOUBLE(7.0, value_of("i_q"));

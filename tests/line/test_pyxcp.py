@@ -1,4 +1,5 @@
-"""A client of other authors talks to the drive of `lagless serve`: pyxcp, unmodified, and pya2l reads what it fetched.
+"""A client of other authors, pyxcp, not modified, is connected to the drive of `lagless serve`, and pya2l reads the description that it
+fetched.
 
 usage: test_pyxcp.py LAGLESS PYTHON FOLDER SECONDS
 PYTHON: one that has pyxcp and pya2l (tools/setup all puts them into build/venv); without them this ends with 77, skipped."""
@@ -42,7 +43,7 @@ c.Transport.timeout = 5.0
 c.General.disable_error_handling = True
 """
 
-# The motor starts at once and never rests: the recorded values differ in every period.
+# The motor starts at once and always turns, so that the recorded values differ in every period.
 SCENARIO = """schema = 1
 title = "A motor that is never at rest"
 [run]
@@ -58,8 +59,8 @@ load_torque = "1 N m"
 
 FLOATS = ("i_a", "i_b", "i_d", "i_q", "u_d", "u_q", "u_dc", "theta_e", "omega_m", "theta_hat", "omega_hat", "duty_a")
 
-# The rows of a description; and its IF_DATA by two grammars: that of the file itself, and that of the association's example, which
-# is the standard's as a whole.
+# Reads the rows of a description, and its IF_DATA by two grammars: the one in the file itself, and the complete one of the standard, from
+# the example of the association (ASAM).
 READER = """
 import json, pathlib, re, sys
 import pya2l
@@ -116,7 +117,7 @@ class Pyxcp(stuck.TestCase):
             file.write(CONFIGURATION % self.port)
 
     def serve_serial(self, scenario, handling=False):
-        """Over the chip's serial line, in its own time, at a terminal."""
+        """Serves over the serial line of the chip, in the time of the simulation, at a pseudo terminal."""
         self.server = subprocess.Popen([LAGLESS, "serve", scenario, "--serial", "--quiet"], text=True, stdout=subprocess.PIPE)
         self.addCleanup(self.server.stdout.close)
         terminal = self.server.stdout.readline().split()[-1]
@@ -159,14 +160,15 @@ class Pyxcp(stuck.TestCase):
         self.line_is_what_the_drive_says(read)
 
     def rows_are_those_of_the_tables(self, read):
-        """tests/unit/test_a2l.c checks the other entries of a row."""
+        """Compares the rows with the tables; tests/unit/test_a2l.c checks the other entries of a row."""
         self.assertRegex(read["epk"], "^lagless-[0-9a-f]{8}$")
         self.assertEqual({(name, 4 * row["id"], EXTENSIONS[row["table"]], row["unit"], row["text"]) for name, row in self.tables().items()},
                          {(row["name"], row["address"], row["extension"], row["unit"], row["text"]) for row in read["rows"]})
         self.assertEqual(len(self.tables()), len(read["rows"]))
 
     def line_is_what_the_drive_says(self, done):
-        """IF_DATA XCP, read by two grammars alike, against the answers of the drive, and what each transport is by its test."""
+        """Both grammars must read IF_DATA XCP in the same way; it must agree with the answers of the drive and with the properties of each
+        transport."""
         self.assertEqual(*done["blocks"])
         [blocks] = done["blocks"][0][0]["XCP"]
         says = self.client("facts")
@@ -214,7 +216,7 @@ class Pyxcp(stuck.TestCase):
         self.assertIn("default %d;" % port, told)
 
     def knows(self, code):
-        """Returns true if the drive has this command. The zeros behind it do not address an existing item."""
+        """Returns true if the drive has this command. The zeros after it address no existing item."""
         return self.asked(bytes([code, *[0] * 7]))[0] != b"\xfe\x20"
 
     def asked(self, *packets):
@@ -235,25 +237,26 @@ class Pyxcp(stuck.TestCase):
         return octets
 
     def test_samples_are_those_of_the_recording(self):
-        """Twelve floats of every period over TCP."""
+        """The client receives twelve floats in every period over TCP."""
         self.samples_are_those_of_the_recording(self.serve, FLOATS, 1)
 
     def test_the_serial_line_carries_what_fits_it(self):
-        """Three floats with their stamp are 24 octets, 256 us at 937500 baud: every third period."""
+        """Three floats with their stamp are 24 octets, which take 256 us at 937500 baud: a sample in every third period."""
         self.serve_serial("cold_start")
         self.info_is_clean()
         self.stop()
         self.samples_are_those_of_the_recording(self.serve_serial, FLOATS[2:5], 3)
 
     def test_a_master_of_the_standard_writes_over_the_serial_line(self):
-        """Error handling as pyxcp has it: what the drive answers with "busy" it sends again. The motor turns, and stops."""
+        """pyxcp handles errors as the standard requires: it repeats a command that the drive answers with "busy". The motor turns and
+        stops."""
         scenario = os.path.join(self.folder, "scenario.toml")
         with open(scenario, "w") as file:
             file.write('schema = 1\ntitle = "At rest"\n[run]\nduration = "1 s"\n[rig]\nfidelity = "averaged"\n')
         self.serve_serial(scenario, handling=True)
         done = self.client("writes")
         self.assertEqual([ON, 20.0, 8.0], done["read"])
-        self.assertEqual([3, 1], done["states"])  # operation_enabled, ready
+        self.assertEqual([3, 1], done["states"])  # the states operation_enabled and ready
         self.assertGreater(done["speed"], 19.0)
 
     def test_a_master_of_the_standard_unlocks_a_locked_drive(self):
@@ -267,8 +270,8 @@ class Pyxcp(stuck.TestCase):
         self.assertEqual([False, ""], done["opened"])
 
     def samples_are_those_of_the_recording(self, serve, names, every):
-        """Without a gap, their stamps as far apart as the periods, and bit for bit what `lagless run` records of the same scenario,
-        to which no client is connected."""
+        """The samples come without a gap, and the difference of their stamps is the number of periods between them. Their bits equal those
+        that `lagless run` records of the same scenario without a client."""
         scenario = os.path.join(self.folder, "scenario.toml")
         recorded = ", ".join('"%s"' % name for name in ("period", *names))
         with open(scenario, "w") as file:
@@ -289,7 +292,7 @@ class Pyxcp(stuck.TestCase):
                     break
                 samples[struct.unpack("<I", row[:4])[0]] = row[4:]
         self.assertEqual(done["rows"], len(samples))
-        with open(scenario, "w") as file:  # until the last of them, however late the client was
+        with open(scenario, "w") as file:  # up to the last of them, in case the client was late
             file.write(SCENARIO % (1e-4 * (max(samples) + 2), recorded))
         subprocess.run([LAGLESS, "run", scenario, "--out", self.folder, "--quiet"], check=True, stdout=subprocess.DEVNULL)
         compared = 0

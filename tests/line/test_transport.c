@@ -1,4 +1,4 @@
-/* Targets as text, and serial devices, which a pseudo terminal represents. */
+/* Names of targets, and serial devices, in whose place the test uses a pseudo terminal. */
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -60,7 +60,7 @@ static void test_what_is_not_a_target_is_reported_with_what_would_be(void)
     refused("/dev/ttyUSB0:300", "whole numbers 1200 to 12000000");
 }
 
-/* Master's side of a pseudo terminal; `name` is the other's. */
+/* Returns the master side of a pseudo terminal; `name` receives the name of the other side. */
 static int terminal(char name[64])
 {
     const int master = posix_openpt(O_RDWR | O_NOCTTY);

@@ -68,14 +68,14 @@ def lagless(*arguments, **settings):
 
 
 def layouts(page):
-    """The data that the page's script draws, by figure."""
+    """The data that the script of the page draws, for each figure."""
     text = page.read_text(encoding="utf-8")
     hosts = re.findall(r'data-figure="(\w+)".*?<script type="application/json">(.*?)</script>', text, re.DOTALL)
     return {figure: json.loads(content) for figure, content in hosts}
 
 
 def column(layout, name):
-    """The values of a column, as page.js unpacks them."""
+    """The values of a column, unpacked as page.js does it."""
     octets = gzip.decompress(base64.b64decode(layout["data"]))
     meta, count = layout["columns"][name], layout["x"]["count"]
     planes = [octets[(4 * meta["index"] + k) * count:(4 * meta["index"] + k + 1) * count] for k in range(4)]
@@ -88,14 +88,14 @@ def column(layout, name):
 
 
 def recorded(path):
-    """{name: (unit, texts)} of a CSV."""
+    """The columns of a CSV file as {name: (unit, texts)}."""
     lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
     cells = zip(*(line.split(",") for line in lines))
     return {head.split("[")[0]: (head.split("[")[1][:-1], values) for head, *values in cells}
 
 
 def fresh(name):
-    """An empty folder."""
+    """Makes an empty folder."""
     folder = FOLDER / name
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -122,8 +122,7 @@ class Case(command_line.TestCase):
 class Plots(Case):
     @classmethod
     def setUpClass(cls):
-        """Common data of several tests: two runs of the scenario, in folders of their own, and one that ends
-        with a fault."""
+        """Makes the data that several tests use: two runs of the scenario, in a folder each, and one run that ends with a fault."""
         cls.made = fresh("made")
         (cls.made / "own.toml").write_text(SCENARIO)
         cls.first = lagless("run", "own.toml", "--plot", cwd=cls.made)
@@ -204,7 +203,8 @@ class Plots(Case):
         self.assertGreater(len(rows), 80)
         layout = layouts(self.folder / "out" / "own.html")["run"]
         traces = [trace["column"] for panel in layout["panels"] for trace in panel["traces"]]
-        silent = {"period", "theta_sigma", "warnings_2", "fault_present"}  # the axis; drawn as a pair of limits; bands that were 0 throughout
+        # These signals have no curve of their own: they are the axis, a pair of limits, and bands that were 0 throughout.
+        silent = {"period", "theta_sigma", "warnings_2", "fault_present"}
         self.assertEqual(rows - silent, rows & set(traces))
         self.assertEqual(len(traces), len(set(traces)))
         for panel in layout["panels"][1:]:
@@ -329,7 +329,7 @@ class Compares(Case):
     def test_angles_differ_by_less_than_half_a_turn(self):
         names = ("i_q[A]", "theta_err[rad]")
         done = self.expect(1, lagless("compare", self.recording(names, ("-0.1", "-3.1")), self.recording(names, ("-0.1", "3.1"), name="b.csv")))
-        self.assertRegex(done.stdout, r"theta_err +from 0\.0003 s, in 1 of 4 samples, by up to 83\.19 mrad\n")  # 2 pi - 6.2
+        self.assertRegex(done.stdout, r"theta_err +from 0\.0003 s, in 1 of 4 samples, by up to 83\.19 mrad\n")  # 2 pi - 6.2 = 0.083
 
     def test_the_last_bit_counts_and_not_a_number_is_itself(self):
         a = self.recording(("1.5", "nan"), ("-0.1", "0.1"))

@@ -1,12 +1,10 @@
 #!/usr/bin/env python3
-"""Opens pages of own runs in a headless Chromium without a network, with the widths of a desktop screen and of
-a phone: that of
-a run with a fault, of two recordings compared, and of a fault matrix. tests/report proves on the report's page
-that such checks detect a fault.
+"""Opens pages of runs in a headless Chromium without a network, at the widths of a desktop screen and of a phone: the pages of a run with a
+fault, of two compared recordings, and of a fault matrix. tests/report proves on the report's page that such checks detect a fault.
 
-usage: test_look_page.py LAGLESS FOLDER    pages and screenshots go to FOLDER
+usage: test_look_page.py LAGLESS FOLDER    pages and screenshots are written to FOLDER
 
-Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: matplotlib, uPlot, chromium or chromedriver is missing. Python 3.9,
+Exit codes: 0 done, 1 a check failed, 2 wrong use, 77 skipped (matplotlib, uPlot, chromium or chromedriver is missing). Python 3.9,
 standard library only."""
 import pathlib
 import re
@@ -21,7 +19,7 @@ from test_browser import (CANVASES, SKIPPED, Browser, Fault, browser_programs, c
 
 WIDTHS = (1400, 390)
 
-# Each panel of each layout: its kind, and its parts that were not visible.
+# For each panel of each layout: its kind, and its parts that were not visible.
 PANELS = """
 return [...document.querySelectorAll('.plots')].map(host => {
     const layout = JSON.parse(host.querySelector('script').textContent);
@@ -31,7 +29,7 @@ return [...document.querySelectorAll('.plots')].map(host => {
             left: (host.plots || []).map(plot => Math.round(plot.bbox.left))};
 })"""
 
-# Letters of a legend or an axis that overlap others, or are outside the window.
+# Texts of a legend or an axis that overlap others or are outside the window.
 HIDDEN = """
 const found = [];
 for (const box of document.querySelectorAll('.u-legend')) {
@@ -51,7 +49,7 @@ return found"""
 
 
 def drawn(browser, shot=None):
-    """Every layout has been scrolled to and drawn; {canvas: pixels in the colour of a trace}."""
+    """Scrolls to every layout, which is then drawn; returns {canvas: pixels in the colour of a trace}."""
     canvases = {}
     for host in range(browser.run("return document.querySelectorAll('.plots').length")):
         browser.run("document.querySelectorAll('.plots')[arguments[0]].scrollIntoView()", host)
@@ -110,8 +108,7 @@ def check_traces(seen):
     expect([name for name, found in seen.canvases.items() if found < 20 and name not in bands], [], "panels that show no trace")
 
 
-# The panel of bands shows a state and its name: its pixels are of more than one colour, and some are those of
-# letters.
+# The panel of bands shows a state and its name: it has pixels of more than one colour, some of them those of letters.
 BANDS = """
 return [...document.querySelectorAll('.plots')].flatMap(host => (host.plots || []).filter((_, k) =>
     JSON.parse(host.querySelector('script').textContent).panels[k].kind === 'bands').map(plot => {
@@ -163,14 +160,14 @@ def check_hidden(seen):
     expect(seen.browser.run(HIDDEN), [], "text that cannot be read")
 
 
-# For a page without plots.
+# The checks of a page without plots.
 OF_TEXT = (check_room, check_hidden, check_asked, check_console)
 CHECKS = (check_state, check_left_ends, check_legends, check_units, check_traces, check_bands, check_room, check_hidden, check_cursor,
           check_asked, check_console)
 
 
 class Seen:
-    """A page at a width, opened and drawn from top to bottom."""
+    """A page at one width, opened and drawn from top to bottom."""
 
     def __init__(self, browser, path, width, shot=None):
         self.browser, self.path, self.width = browser, path, width
@@ -179,7 +176,7 @@ class Seen:
         self.layouts = browser.run(PANELS)
 
     def faults(self):
-        """{check: what it found}"""
+        """The results as {check: the faults that it found}."""
         found = {}
         for check in CHECKS if self.layouts else OF_TEXT:
             try:
@@ -190,7 +187,7 @@ class Seen:
 
 
 def pages(lagless, folder):
-    """{name: page} of a run with a fault, and of two runs compared."""
+    """The pages as {name: page}: of a run with a fault, and of two compared runs."""
     for name, more in (("run", ()), ("other", ("--set", "load_torque=2 N m"))):
         done = subprocess.run([lagless, "run", "stuck_sensor", *more, "--plot", "--out", folder / name, "--quiet"], stderr=subprocess.PIPE,
                               text=True, check=False)

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
-"""tools/mutate, on a tree of one source, one header and two test programs: its mutants, the verdict of each,
-that a list finds its lines in a later tree, that a weaker test is detected, and the inputs that it refuses. And
-docs/building.md has the rates of the list.
-Python 3.9, standard library, git, CMake and a C compiler.
+"""Tests tools/mutate on a tree of one source, one header and two test programs: its mutants, the verdict of each, and the inputs that the
+tool refuses. An old list must find its lines in a later tree, and a weaker test must be detected. docs/building.md must have the rates
+of the list. Needs Python 3.9, standard library, git, CMake and a C compiler.
 """
 import pathlib
 import subprocess
@@ -76,7 +75,7 @@ foreach(name strong weak)
     set_tests_properties(${name} PROPERTIES LABELS unit)
 endforeach()
 """
-LIST = [  # file, line, occurrence, operator, original, mutated, and the state and the killer that must come
+LIST = [  # file, line, occurrence, operator, original text, mutated text, expected state, and expected test that kills the mutant
     ("firmware/math/part.c", "6", "0", "relation", "return a > b ? a : b;", "return a <= b ? a : b;", "killed", "strong"),
     ("firmware/math/part.c", "11", "0", "arithmetic", "return a + 1;", "return a - 1;", "survived", ""),
     ("firmware/math/part.c", "17", "0", "constant", "*n -= 1u;", "*n -= 0u;", "timeout", "strong"),
@@ -153,7 +152,7 @@ class SmallTree(unittest.TestCase):
         (self.tree / name).write_text(text, encoding="utf-8")
 
     def judged(self, rows, *words):
-        """Exit status, what is printed, and the result by original and mutated text."""
+        """The exit status, the output, and the result by original and mutated text."""
         listed = self.tree / "build/list.tsv"
         listed.parent.mkdir(exist_ok=True)
         mutate.write_list(listed, [mutate.Row(*row[:6]) for row in rows])
@@ -170,7 +169,7 @@ class SmallTree(unittest.TestCase):
         self.assertIn("| math | 3 | 4 | 75 % | 0 |", done.stdout)
         self.assertIn("firmware/math/part.c:11: arithmetic\n    - return a + 1;\n    + return a - 1;", done.stdout)
 
-        # Lines move, a comment changes, and a test no longer checks one result.
+        # The lines have moved, a comment has changed, and a test no longer checks one result.
         before = self.tree / "build/before.tsv"
         (self.tree / "build/mutate/result.tsv").rename(before)
         self.write("firmware/math/part.c", "/* More is said\n * here. */\n" + SOURCE.replace("? a : b;", "? a : b; /* the larger */"))
@@ -211,8 +210,8 @@ class WrongUse(unittest.TestCase):
 
 
 class Lists(unittest.TestCase):
-    """A mutant whose statement does not exist any more proves nothing: of those that survived before, none may
-    be absent, of the drawn ones at most a tenth."""
+    """A mutant whose statement does not exist any more proves nothing. None of the mutants that survived before may be absent, and at most
+    a tenth of the drawn ones."""
 
     def gone(self, name):
         rows = mutate.read_list(ROOT / "tools/mutation" / name)

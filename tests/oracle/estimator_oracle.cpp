@@ -47,7 +47,8 @@ Complex current_at(const estimator_oracle_case_t &q, double t)
     return rotor * std::polar(1.0, theta_at(q, t));
 }
 
-/* A whole number of periods, so that the ends of neighbouring periods are the same to the last bit. */
+/* Calculated from a whole number of periods, so that the end of one period and the begin of the next are
+ * equal to the last bit. */
 double time_of(const estimator_oracle_case_t &q, long k)
 {
     return q.period * static_cast<double>(k);

@@ -1,18 +1,18 @@
-/* Exact data of a turning machine for the estimator, in double precision: angle and speed from a closed
- * form, currents as wished, and the voltage that makes them so.
+/* Exact data of a turning machine for the tests of the estimator, in double precision: angle and speed in
+ * closed form, chosen currents, and the voltage that produces them.
  *
  *     omega(t) = omega_start + acceleration r(t) + swing sin(swing_rate t)
  *     r(t)     = clamp(t, ramp_start, ramp_end) - ramp_start
  *     i_d(t)   = current_d,   i_q(t) = current_q + current_torque d omega/dt
  *
- * Over [t_k-1, t_k) the voltage u is held, so the winding L di/dt = u - R i - e, e = j omega psi_f e^(j
- * theta), solved from end to end gives it, a = exp(-lambda T), lambda = R/L:
+ * The voltage u is held over [t_k-1, t_k). It follows from the solution of the winding's equation L di/dt = u
+ * - R i - e, e = j omega psi_f e^(j theta), over a period, with a = exp(-lambda T), lambda = R/L:
  *
  *     i_k = a i_k-1 + (1 - a)/R (u - e_mean)
  *     e_mean = integral of lambda exp(-lambda (t_k - t)) e(t) dt/(1 - a)
  *
- * Times count from k = 0; ramp_start and ramp_end should be whole periods (a kink inside a period costs
- * accuracy). At a jump of the acceleration d omega/dt is the new one. */
+ * Times count from k = 0. ramp_start and ramp_end should be whole periods, since a kink within a period
+ * costs accuracy. At a jump of the acceleration d omega/dt has the value after the jump. */
 #ifndef TESTS_ORACLE_ESTIMATOR_ORACLE_H
 #define TESTS_ORACLE_ESTIMATOR_ORACLE_H
 
@@ -25,7 +25,7 @@ typedef struct {
     double inductance;     /* L [H] */
     double flux_linkage;   /* psi_f [Wb] */
     double period;         /* T [s] */
-    double theta_start;    /* at k = 0 [rad], electrical like all that follows */
+    double theta_start;    /* [rad] at k = 0; this and all following values are electrical */
     double omega_start;    /* [rad/s] */
     double acceleration;   /* a [rad/s^2] */
     double ramp_start;     /* [s] */
@@ -37,14 +37,14 @@ typedef struct {
     double current_torque; /* 1/K [A per rad/s^2] */
 } estimator_oracle_case_t;
 
-/* Period k: alpha and beta of the voltage that acted on [t_k-1, t_k) [V] and of the current at t_k [A]; angle
- * [rad], unwrapped, and speed [rad/s] at t_k. */
+/* The values of period k: alpha and beta of the voltage that acted on [t_k-1, t_k) [V] and of the current
+ * at t_k [A]; angle [rad], unwrapped, and speed [rad/s] at t_k. */
 typedef struct {
     double voltage[2], current[2], theta, omega;
 } estimator_oracle_sample_t;
 
-/* Any k, also negative. e_mean by Gauss-Legendre with 5 points: relative error below 1e-13 for omega T and
- * R T/L up to 0.6. */
+/* A sample of any k, also a negative one. e_mean is calculated by Gauss-Legendre with 5 points; its
+ * relative error is below 1e-13 for omega T and R T/L up to 0.6. */
 void estimator_oracle_sample(const estimator_oracle_case_t *rig, long k, estimator_oracle_sample_t *sample);
 
 #ifdef __cplusplus

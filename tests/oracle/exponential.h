@@ -1,5 +1,5 @@
-/* The exponential of a matrix, in double precision (Eigen). Compiling it takes several seconds, so it is
- * compiled once: a smaller system uses the top left corner, with zeros around it. */
+/* The exponential of a matrix in double precision (Eigen). It takes several seconds to compile and is
+ * therefore compiled once, for one size: a smaller system uses the top left corner, with zeros around it. */
 #ifndef TESTS_ORACLE_EXPONENTIAL_H
 #define TESTS_ORACLE_EXPONENTIAL_H
 

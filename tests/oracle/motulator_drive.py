@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""motulator's sensorless flux-vector control on the salient motor of docs/peers.md, in closed loop on its own ideal plant.
+"""motulator's sensorless flux-vector control on the salient motor of docs/peers.md, in closed loop on motulator's ideal plant.
 
 usage: motulator_drive.py
 
-Needs motulator 0.5.0, which the project's own environment does not have: python3 -m venv V && V/bin/pip install motulator==0.5.0.
-Prints the torque per ampere with 14 A at most torque per ampere at four points, mean and deviation of the angle's error there, and the
+Needs motulator 0.5.0, which tools/setup does not install: python3 -m venv V && V/bin/pip install motulator==0.5.0.
+Prints, at four points with 14 A at most torque per ampere, the torque per ampere and the mean and deviation of the angle error, and the
 time from 0.3 to 3 times the base speed at all torque of 15 A; host_sim/python/lagless/bench/peers.json has these numbers."""
 import math
 
@@ -15,18 +15,18 @@ from motulator.drive.utils import SynchronousMachinePars
 
 PAR = SynchronousMachinePars(n_p=4, R_s=0.95, L_d=0.02 / 3, L_q=0.02, psi_f=0.1)
 J, LINK, PERIOD, RPM = 0.01, 311.0, 1e-4, math.pi / 30
-BASE = 1385 * RPM  # of field_weakening.py, at 15 A
+BASE = 1385 * RPM  # the base speed of field_weakening.py at 15 A
 D = PAR.L_q - PAR.L_d
 
 
 def mtpa(current):
-    """Torque [N m]."""
+    """The torque [N m] at most torque per ampere."""
     i_d = -2 * D * current ** 2 / (PAR.psi_f + math.sqrt(PAR.psi_f ** 2 + 8 * (D * current) ** 2))
     return 1.5 * PAR.n_p * (PAR.psi_f - D * i_d) * math.sqrt(current ** 2 - i_d ** 2)
 
 
 def run(mechanics, speed, torque, duration, current):
-    """Time [s], torque [N m], |i| [A], angle's error [rad], and mechanical speed [rad/s] at the sampling instants."""
+    """At the sampling instants: time [s], torque [N m], |i| [A], angle error [rad], mechanical speed [rad/s]."""
     drive = Drive(VoltageSourceConverter(u_dc=LINK), SynchronousMachine(PAR), mechanics)
     control = FluxVectorControl(PAR, FluxTorqueReferenceCfg(PAR, max_i_s=current), T_s=PERIOD, sensorless=True)
     control.observer.est.w_m = PAR.n_p * speed

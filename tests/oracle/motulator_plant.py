@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Compares the plant with motulator's model of a synchronous machine, with the same data: salient with constant inductances, and with axes
-that saturate each other, of which the plant has a flux map and motulator the law itself.
+"""Compares the plant with motulator's model of a synchronous machine with the same data: a salient machine with constant inductances, and
+one with axes that saturate each other. For the machine that saturates, the plant uses a flux map and motulator the law itself.
 
 usage: motulator_plant.py LIBLAGLESS [STEP]
 
-LIBLAGLESS: build/host/python/liblagless.so. STEP: of the map [A], 0.5. Needs motulator 0.5.0, numpy and scipy, which the project's own
-environment does not have: python3 -m venv V && V/bin/pip install motulator==0.5.0. The rotor is held at 100 rad/s; 60 ms of three-phase
-duties drive the currents to 11 A; motulator's equations are integrated from edge to edge by an explicit method of order 8. Prints the
-largest difference of the current vector at the ends of the periods; ends with 0 below 1 uA without, and 0.5 mA with the map of 0.5 A."""
+LIBLAGLESS: build/host/python/liblagless.so. STEP: step of the flux map [A], by default 0.5. Needs motulator 0.5.0, numpy and scipy,
+which tools/setup does not install: python3 -m venv V && V/bin/pip install motulator==0.5.0.
+
+The rotor is held at 100 rad/s; 60 ms of three-phase duties drive the currents to 11 A; motulator's equations are integrated from edge to
+edge by an explicit method of order 8. Prints the largest difference of the current vector at the ends of the periods. Ends with 0 if
+that is below 1 uA without a flux map, and below 0.5 mA with a map of 0.5 A."""
 import math
 import os
 import pathlib
@@ -22,7 +24,7 @@ from motulator.drive.model import SynchronousMachine  # noqa: E402
 from motulator.drive.utils import SynchronousMachinePars  # noqa: E402
 from scipy.integrate import solve_ivp  # noqa: E402
 
-# psi_d = psi_f + L_d i_d/s, psi_q = L_q i_q/s, s^2 = 1 + (L_d i_d^2 + L_q i_q^2)/K: both from one energy
+# psi_d = psi_f + L_d i_d/s, psi_q = L_q i_q/s, s^2 = 1 + (L_d i_d^2 + L_q i_q^2)/K; both fluxes follow from one energy.
 L_D, L_Q, K, FLUX, R, P, OMEGA, LINK = 0.02, 0.04, 2.0, 0.183, 0.95, 4, 100.0, 311.0
 PERIOD, TICKS, CLOCK = 1e-4, 15000, 150e6
 IDEAL = dict.fromkeys(("turn_on_delay", "turn_off_delay", "igbt_voltage", "igbt_resistance", "diode_voltage", "diode_resistance",
@@ -55,7 +57,7 @@ def write_map(path, step):
 
 
 def duties(u):
-    """In ticks of the carrier, even, of this voltage vector."""
+    """The duties of this voltage vector, as even numbers of ticks of the carrier."""
     phases = [u.real, (-u.real + math.sqrt(3) * u.imag) / 2, (-u.real - math.sqrt(3) * u.imag) / 2]
     middle = (max(phases) + min(phases)) / 2
     return [2 * round(min(0.98, max(0.02, 0.5 + (phase - middle) / LINK)) * TICKS / 2) for phase in phases]

@@ -28,8 +28,8 @@ struct Effective {
     bool on;
 };
 
-/* Command edges as they act: each gate has its own line of edges, an edge overtaken by the next goes with it.
- */
+/* The command edges with their delays. Each gate has its own delay line; an edge that is overtaken by the
+ * next one is cancelled together with it. */
 std::vector<Effective> delayed(const plant_params_t &q, const oracle_edge_t *edges, size_t count)
 {
     const auto on_ticks = static_cast<uint64_t>(std::llround(q.turn_on_delay / tick_seconds));
@@ -121,7 +121,7 @@ class Machine
         return out;
     }
 
-    /* Leg voltage a - r i in one region. */
+    /* The leg voltage a - r i in one region. */
     void leg(unsigned number, Region region, double &a, double &r) const
     {
         const unsigned pair = gates >> (2 * number) & 3u;
@@ -162,8 +162,8 @@ class Machine
         }
     }
 
-    /* EMF in the stationary frame: -d/dt of the magnets' flux, phase a: -omega psi (sin + k5 sin 5 + k7 sin
-     * 7). */
+    /* The EMF in the stationary frame: minus the derivative of the flux of the magnets; for phase a -omega
+     * psi (sin + k5 sin 5 + k7 sin 7). */
     Vector2 emf(double omega_e) const
     {
         Vector2 e = Vector2::Zero();
@@ -178,8 +178,8 @@ class Machine
         return e;
     }
 
-    /* The currents that make the flux: those of the phases less omega psi/R_c along the EMF, of the speed at
-     * which they were computed. */
+    /* The currents that make the flux: the phase currents less omega psi/R_c along the EMF, at the speed
+     * at which they were computed. */
     Vector2 inner(const Vector2 &i) const
     {
         Vector2 o = i;
@@ -201,7 +201,8 @@ class Machine
         return 1.5 * p * (q.inductance_d - q.inductance_q) * i.x() * i.y() + 1.5 * p * emf(1.0).dot(current);
     }
 
-    /* Flux linkage of the windings in the rotor frame at these currents, and the currents at this linkage. */
+    /* The flux linkage of the windings in the rotor frame at these currents; the second function returns
+     * the currents at this linkage. */
     Vector2 linkage(const Vector2 &i) const
     {
         const auto along = [](double inductance_0, double limit, double x) {
@@ -221,7 +222,7 @@ class Machine
                        back(q.inductance_q, q.saturation_q, psi.y()));
     }
 
-    /* Currents after h of psi' = source - resistance i in the stationary frame. */
+    /* The currents after the time h, by psi' = source - resistance i in the stationary frame. */
     Vector2 solve_flux(double h, double omega_e, const Vector2 &source, const Matrix2 &resistance) const
     {
         const auto currents = [&](const Vector2 &psi, double ahead) {
@@ -249,7 +250,7 @@ class Machine
         return dry * x * (3.0 - x * x) / 2.0 + q.friction_viscous * speed + (passive ? 0.0 : q.load_torque);
     }
 
-    /* Currents (stationary frame) after h with the legs in these regions. */
+    /* The currents (stationary frame) after the time h, with the legs in these regions. */
     Vector2 solve(double h, double omega_e, const std::array<Region, 3> &region) const
     {
         Vector2 source = Vector2::Zero();
@@ -275,7 +276,7 @@ class Machine
             const double order[3] = {1.0, -5.0, 7.0};
             const double size[3] = {1.0, -q.emf_5th, q.emf_7th};
             for (int k = 0; k < 3; k++) {
-                /* j omega psi e^(j n theta) */
+                /* the derivative is j omega psi e^(j n theta) */
                 state.segment<2>(2 + 2 * k) =
                     omega_e * q.flux_linkage * size[k] * (turn(order[k] * theta) * Vector2(0.0, 1.0));
                 system.block<2, 2>(2 + 2 * k, 2 + 2 * k) = order[k] * omega_e * quarter;
@@ -304,7 +305,7 @@ class Machine
         return turn(theta + omega_e * h) * end.segment<2>(0);
     }
 
-    /* By how much a current is past a border of its region; positive is outside. */
+    /* By how much a current is past a border of its region; positive values are outside. */
     double beyond(const Vector2 &i, const std::array<Region, 3> &region) const
     {
         const std::array<double, 3> phase = phases(i);
@@ -328,8 +329,8 @@ class Machine
         double left = h;
         made_at = floating ? omega_e : made_at;
         while (left > 0.0 && !floating) {
-            /* A current on a border belongs to the side to which it moves: its value a short time later, with
-             * the nearer region, decides. */
+            /* A current on a border belongs to the region into which it moves: its value a short time
+             * later, computed with the nearer region, decides. */
             std::array<Region, 3> region{};
             const std::array<double, 3> now = phases(current);
             for (size_t n = 0; n < 3; n++) {
@@ -365,7 +366,7 @@ class Machine
         rest(h);
     }
 
-    /* The rule for floating legs. */
+    /* Applies the rule for floating legs. */
     void rest(double h)
     {
         const Vector2 e = emf(p * omega);
@@ -407,8 +408,8 @@ bool oracle_run(const plant_params_t *params, oracle_frame_t frame, double theta
     const bool soft = params->dc_resistance > 0.0 && params->dc_capacitance > 0.0;
     const bool broken =
         params->open_phase_a != 0.0 || params->open_phase_b != 0.0 || params->open_phase_c != 0.0;
-    /* Individual legs, single switches, wires, ripple, a second mass: the tests of these use algebra.
-     */
+    /* The oracle does not contain individual legs, single switches, wires, ripple and a second mass; their
+     * tests use algebra. */
     const double unknown[] = {params->leg_a_drop,       params->leg_b_drop,       params->leg_c_drop,
                               params->leg_a_resistance, params->leg_b_resistance, params->leg_c_resistance,
                               params->leg_a_delay,      params->leg_b_delay,      params->leg_c_delay,

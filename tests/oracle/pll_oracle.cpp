@@ -39,8 +39,8 @@ double cubic(const Vector4 &p, double x)
     return p(0) + x * (p(1) + x * (p(2) + x * p(3)));
 }
 
-/* Positive roots of a cubic that changes its sign at them: between its extremes it is monotonous, and no root
- * exceeds 1 + max |p_n/p_3|. The interval is halved until its ends are neighbouring numbers. */
+/* The positive roots of a cubic at which it changes its sign. Between its extremes the cubic is monotonic,
+ * and no root exceeds 1 + max |p_n/p_3|. Each interval is halved until its ends are neighbouring numbers. */
 std::vector<double> positive_roots(const Vector4 &p)
 {
     const double most = 1.0 + (p.head<3>() / p(3)).cwiseAbs().maxCoeff();
@@ -82,7 +82,7 @@ double pll_oracle_bandwidth(const pll_oracle_t *loop, int *crossings)
 
 double pll_oracle_error_coefficient(const pll_oracle_t *loop, int n)
 {
-    /* Without feed-forward a factor s is common to both. */
+    /* Without feed-forward numerator and denominator have a common factor s. */
     const int common = loop->wc == 0.0 ? 1 : 0;
     const Vector4 top = error_numerator(*loop);
     const Vector4 below = denominator(*loop);
@@ -100,8 +100,8 @@ double pll_oracle_error_coefficient(const pll_oracle_t *loop, int n)
 
 void pll_oracle_continuous(const pll_oracle_t *loop, int n, double scale, size_t count, double *error)
 {
-    /* Controllable canonical form of Phi_e1 = 1 + rest/below, driven by a chain of integrators that makes
-     * t^n/n!. */
+    /* The controllable canonical form of Phi_e1 = 1 + rest/below, driven by a chain of integrators that
+     * produces t^n/n!. */
     const Vector4 below = denominator(*loop);
     const Vector4 rest = error_numerator(*loop) - below;
     if (n < 0 || 4 + n > Matrix9::RowsAtCompileTime) {
@@ -127,8 +127,8 @@ void pll_oracle_continuous(const pll_oracle_t *loop, int n, double scale, size_t
 void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const double *omega, size_t count,
                         double *error, double *frequency)
 {
-    /* State: angle, integrator, feed-forward; input: angle, speed. The feed-forward acts in the step of its
-     * input. */
+    /* The states are angle, integrator and feed-forward; the inputs are angle and speed. The feed-forward
+     * acts in the step of its input. */
     const double t = loop->period;
     const double share = -std::expm1(-loop->wc * t);
     Eigen::Matrix3d a;
@@ -146,8 +146,8 @@ void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const dou
 
 double pll_oracle_radius(const pll_oracle_t *loop)
 {
-    /* z^2 - (2 - kp T) z + 1 - kp T + ki T^2; a pair of roots has the magnitude of the root of its product.
-     */
+    /* The polynomial is z^2 - (2 - kp T) z + 1 - kp T + ki T^2; the magnitude of a complex pair of roots
+     * is the square root of their product. */
     const double t = loop->period;
     const double half = 1.0 - 0.5 * t * loop->kp;
     const double product = 1.0 - t * loop->kp + t * t * loop->ki;

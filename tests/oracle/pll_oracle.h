@@ -1,13 +1,12 @@
 /* The expected results of the PLL, from the paper's polynomials and from the sampled linear loop, in double
- * precision (Eigen): roots of polynomials, matrix exponentials. Small errors only: the detector is the angle
- * difference.
+ * precision (Eigen): roots of polynomials, matrix exponentials. Valid for small errors, for which the
+ * detector gives the angle difference.
  *
- *     Phi_1   = [(kp + wc) s^2 + (ki + kp wc) s + ki wc] / [(s + wc)(s^2 + kp s + ki)]       (22); wc = 0:
- * (19) Phi_e1  = s^2 (s + wc (1 - gamma)) / [(s + wc)(s^2 + kp s + ki)]                       (23) for gamma
- * = 1
+ *     Phi_1  = [(kp + wc) s^2 + (ki + kp wc) s + ki wc] / [(s + wc)(s^2 + kp s + ki)]
+ *     Phi_e1 = s^2 (s + wc (1 - gamma)) / [(s + wc)(s^2 + kp s + ki)]
  *
- * gamma is the gain from speed to the feed-forward's speed. All values are deviations from a constant speed.
- */
+ * Phi_1 is (22), with wc = 0 (19); Phi_e1 with gamma = 1 is (23). gamma is the gain from speed to the
+ * feed-forward's speed. All values are deviations from a constant speed. */
 #ifndef TESTS_ORACLE_PLL_ORACLE_H
 #define TESTS_ORACLE_PLL_ORACLE_H
 
@@ -29,19 +28,20 @@ typedef struct {
  * such frequencies. */
 double pll_oracle_bandwidth(const pll_oracle_t *loop, int *crossings);
 
-/* Coefficient of s^n in the power series of Phi_e1: the error left by an input t^n/n! [s^n]; (24). */
+/* The coefficient of s^n in the power series of Phi_e1 [s^n], that is the remaining error at an input
+ * t^n/n!; (24). */
 double pll_oracle_error_coefficient(const pll_oracle_t *loop, int n);
 
-/* Angle error theta - theta_hat [rad] at t = 0, T, 2T, ... of the continuous loop (23) for the input scale
- * t^n/n!, n from 0 to 5. */
+/* The angle error theta - theta_hat [rad] of the continuous loop (23) at t = 0, T, 2T, ... for the input
+ * scale t^n/n!, n from 0 to 5. */
 void pll_oracle_continuous(const pll_oracle_t *loop, int n, double scale, size_t count, double *error);
 
-/* The same of the sampled loop, in the order of docs/theory.md, 7, from samples of the angle [rad] and of
- * the speed [rad/s]; and its whole frequency [rad/s]. */
+/* The angle error of the sampled loop, computed in the order of docs/theory.md, 7, from samples of the
+ * angle [rad] and of the speed [rad/s]; and the total frequency of that loop [rad/s]. */
 void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const double *omega, size_t count,
                         double *error, double *frequency);
 
-/* Largest |z| of the sampled angle loop, without the feed-forward (it is not in the loop). */
+/* The largest |z| of the sampled angle loop. The feed-forward is outside this loop and has no influence. */
 double pll_oracle_radius(const pll_oracle_t *loop);
 
 #ifdef __cplusplus

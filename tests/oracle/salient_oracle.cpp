@@ -10,7 +10,8 @@ namespace
 using State = Eigen::Matrix<double, 5, 1>; /* i_d, i_q, u_d, u_q, 1 */
 using Matrix = Eigen::Matrix<double, 5, 5>;
 
-/* By its series, of the matrix halved ten times: the norm is then below 0.01, and ten terms leave 1e-23. */
+/* The exponential by its power series, for the matrix halved ten times: the norm is then below 0.01, and
+ * the terms after the tenth are below 1e-23. */
 Matrix exponential(const Matrix &matrix)
 {
     constexpr int halvings = 10;

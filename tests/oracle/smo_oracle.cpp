@@ -12,8 +12,9 @@ using Complex = std::complex<double>;
 
 constexpr double pi = 3.14159265358979323846;
 
-/* Integral over one period of exp(-lambda (T - s)) exp(j omega s) ds / L: the current that an EMF of 1 V at
- * the start of the period takes away. Gauss-Legendre with 3 points on 8 parts, error below 1e-13. */
+/* Integral over one period of exp(-lambda (T - s)) exp(j omega s) ds / L, which is the reduction of the
+ * current by an EMF of 1 V at the start of the period. Gauss-Legendre with 3 points on 8 parts; the error
+ * is below 1e-13. */
 Complex emf_response(const smo_oracle_case_t &q)
 {
     const double node = std::sqrt(0.6);
@@ -56,7 +57,7 @@ Complex current_at(const smo_oracle_case_t &q, long k)
     return Complex(0.0, q.current_q) * std::polar(1.0, theta);
 }
 
-/* The held voltage that results in this current: i(k) = a i(k-1) + b u - response e(k-1). */
+/* The held voltage that leads to this current: i(k) = a i(k-1) + b u - response e(k-1). */
 Complex voltage_before(const smo_oracle_case_t &q, long k)
 {
     return (current_at(q, k) - decay(q) * current_at(q, k - 1) + emf_response(q) * emf_at(q, k - 1)) /
@@ -76,7 +77,8 @@ void smo_oracle_sample(const smo_oracle_case_t *rig, long k, smo_oracle_sample_t
 smo_oracle_response_t smo_oracle_response(const smo_oracle_case_t *rig, const smo_oracle_observer_t *observer,
                                           double k_f)
 {
-    /* States x(k) and e_hat(k); x(k+1) = a x - b v + response e(k), e_hat(k+1) = c e_hat + (1 - c) v(k+1). */
+    /* The states are x(k) and e_hat(k); x(k+1) = a x - b v + response e(k), e_hat(k+1) = c e_hat + (1 - c)
+     * v(k+1). */
     const double g = observer->gain * k_f;
     const double c = observer->emf_cutoff > 0.0 ? std::exp(-observer->emf_cutoff * rig->period) : 0.0;
     const double p = decay(*rig) - gain(*rig) * g;

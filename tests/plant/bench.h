@@ -1,4 +1,4 @@
-/* The plant of a test and a loop that drives it, both created for each test. */
+/* The plant of a test and the control loop that drives it. Both are created for each test. */
 #ifndef TESTS_PLANT_BENCH_H
 #define TESTS_PLANT_BENCH_H
 

@@ -65,7 +65,7 @@ void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *cou
         plant_advance(plant, start + LOOP_PERIOD);
         return;
     }
-    /* Twelve edges: lower off, upper on, upper off, lower on of each leg, sorted by time. */
+    /* The twelve edges, sorted by time: of each leg lower off, upper on, upper off, lower on. */
     struct {
         uint64_t tick;
         uint32_t clear, set;
@@ -77,7 +77,7 @@ void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *cou
         uint64_t fall = start + (loop->upper_ends ? high[leg] / 2u : low / 2u + high[leg]);
         uint32_t upper = PLANT_UPPER(leg);
         uint32_t lower = PLANT_LOWER(leg);
-        if (high[leg] == 0) { /* before the first command: all off */
+        if (high[leg] == 0) { /* all switches are off before the first command */
             continue;
         }
         list[n].tick = rise, list[n].clear = lower, list[n++].set = 0;

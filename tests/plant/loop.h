@@ -1,6 +1,6 @@
-/* A small field-oriented loop in double precision for the plant's tests: dq PI control with decoupling on the
- * true angle, min-max modulation, dead band, pulses centred in the period or at its ends. Its only purpose is
- * to make the plant work. */
+/* A small field-oriented control loop in double precision for the tests of the plant: dq PI control with
+ * decoupling on the true angle, min-max modulation, dead band, pulses centred in the middle or at the ends
+ * of the period. Its only purpose is to drive the plant. */
 #ifndef TESTS_PLANT_LOOP_H
 #define TESTS_PLANT_LOOP_H
 
@@ -16,20 +16,21 @@
 typedef struct {
     double i_d_ref, i_q_ref; /* [A] */
     double sum_d, sum_q;     /* [V] integrators */
-    double u_d, u_q;         /* [V] computed last, acting from the next period on */
-    uint32_t high[3];        /* [tick] of the period that begins now */
+    double u_d, u_q;         /* [V] computed last, active from the next period on */
+    uint32_t high[3];        /* [tick] on-times in the period that begins now */
     uint32_t dead;           /* [tick] */
-    uint32_t gates;          /* command bits now */
-    uint32_t averaged;       /* 1: plant_carrier instead of edges */
-    uint32_t parts;          /* number of steps between two edges; 0: chosen by the plant */
-    uint32_t upper_ends;     /* 1: pulses centred at the ends of the period, not in its middle */
+    uint32_t gates;          /* present command bits */
+    uint32_t averaged;       /* 1: plant_carrier is used instead of edges */
+    uint32_t parts;          /* number of steps between two edges; 0: the plant chooses them */
+    uint32_t upper_ends;     /* 1: the pulses are centred at the ends of the period, not in its middle */
 } loop_t;
 
-/* One carrier period from plant's present tick, which must be k LOOP_PERIOD; commanded edges are appended to
- * edges (NULL: none) and *count. Returns with the plant advanced to the next period's start. */
+/* Simulates one carrier period from the plant's present tick, which must be k LOOP_PERIOD. Appends the
+ * commanded edges to edges (NULL: none) and adds to *count. The plant is at the start of the next period
+ * afterwards. */
 void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *count);
 
-/* These parameters, or the defaults, with other values in their places: "name = value, name = value". */
+/* These parameters, or the defaults, with changed values: "name = value, name = value". */
 plant_params_t plant_with(plant_params_t params, const char *changes);
 plant_params_t plant_of(const char *changes);
 

@@ -1,4 +1,4 @@
-/* Two masses and the shaft between them, against closed forms and an independent integration. */
+/* Two masses and the shaft between them, compared with closed forms and an independent integration. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -8,7 +8,8 @@
 
 #define TICKS 150e6
 
-/* Only the shaft: no magnets, no friction. 2 and 3 g m^2, natural frequency 1000 rad/s. */
+/* A machine with an elastic shaft, without magnets and friction: 2 and 3 g m^2, natural frequency 1000
+ * rad/s. */
 static plant_params_t bare(void)
 {
     plant_params_t q =
@@ -17,9 +18,8 @@ static plant_params_t bare(void)
     return q;
 }
 
-/* twist'' + 2 z twist' + w^2 twist = a, a = T_load/J_load; the centre of mass accelerates by -T_load/(J +
- * J_load).
- */
+/* The twist obeys twist'' + 2 z twist' + w^2 twist = a with a = T_load/J_load; the centre of mass
+ * accelerates by -T_load/(J + J_load). */
 static void swinging(const plant_params_t *q, double motor, double load, double t, double wanted[3])
 {
     double sum = 1.0 / q->inertia + 1.0 / q->load_inertia;
@@ -40,13 +40,13 @@ static void swinging(const plant_params_t *q, double motor, double load, double 
     wanted[2] = centre - v * q->inertia / both;
 }
 
-/* The plant at the end of `seconds`, seen every 1.3 ms; the expected twist and speeds by the closed form. */
+/* Runs the plant for `seconds`, reads it every 1.3 ms, and compares twist and speeds with the closed form. */
 static void follow(const plant_params_t *q, double motor, double load, double seconds)
 {
     plant_init(&plant, q, 1);
     plant_set_motion(&plant, 0.0, motor);
     plant.omega_load = load;
-    plant_set_params(&plant, q); /* the torque of the shaft from its speeds */
+    plant_set_params(&plant, q); /* sets the shaft torque that belongs to the speeds */
     double far[3] = {0.0, 0.0, 0.0};
     for (double t = 1.3e-3; t < seconds; t += 1.3e-3) {
         uint64_t tick = (uint64_t)(t * TICKS);
@@ -76,7 +76,8 @@ static void test_damping_and_an_active_load_at_the_far_end_are_of_the_closed_for
 
 static void test_a_held_motor_lets_the_far_end_swing_on_the_shaft(void)
 {
-    /* w = sqrt(k/J_load); the torque stays below break-away: k amplitude = 1 rad/s w J_load. */
+    /* w = sqrt(k/J_load). The torque of the shaft stays below break-away; its amplitude is k (1 rad/s)/w =
+     * (1 rad/s) w J_load. */
     plant_params_t q = begin(plant_with(bare(), "friction_coulomb = 2, friction_breakaway = 3"));
     plant.omega_load = 1.0;
     plant_set_params(&plant, &q);
@@ -94,7 +95,7 @@ static void test_a_swing_beyond_break_away_moves_the_motor(void)
 {
     plant_params_t q = plant_with(bare(), "friction_coulomb = 2, friction_breakaway = 3");
     double w = sqrt(q.shaft_stiffness / q.load_inertia);
-    double enough = 3.0 / (w * q.load_inertia); /* [rad/s] whose swing reaches break-away */
+    double enough = 3.0 / (w * q.load_inertia); /* [rad/s] above this the torque exceeds break-away */
     for (int over = 0; over < 2; over++) {
         plant_init(&plant, &q, 1);
         plant.omega_load = enough * (over ? 1.01 : 0.99);
@@ -104,7 +105,8 @@ static void test_a_swing_beyond_break_away_moves_the_motor(void)
         before = truth();
         now = truth_at((uint64_t)(0.2 * TICKS));
         TEST_ASSERT_TRUE((fabs(now.theta_m) > 1e-6) == (over != 0));
-        /* Friction has taken the lost energy; the one tick in which it breaks loose is not resolved. */
+        /* Friction has taken the lost energy. The limit is for the one tick in which the shaft breaks
+         * loose, which is not resolved. */
         TEST_ASSERT_DOUBLE_WITHIN((over ? 1e-3 : 1e-9) * before.energy_kinetic, before.energy_kinetic,
                                   now.energy_kinetic + now.energy_mechanical);
     }
@@ -120,8 +122,8 @@ static void test_a_locked_motor_drags_the_far_end_up_to_its_speed(void)
     plant_advance(&plant, (uint64_t)(0.5 * TICKS));
     plant_truth_t now = truth();
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 20.0, now.omega_load);
-    /* Dragged up by a constant speed: the dynamometer gives J w^2, half is stored and half lost in the shaft.
-     * It counts as given back. */
+    /* The dynamometer accelerates the load to its constant speed and supplies J w^2, of which half is
+     * stored and half is lost in the shaft. The energy counts as mechanical output with a negative sign. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.5 * q.load_inertia * 400.0, now.energy_mechanical);
 }
 

@@ -1,4 +1,5 @@
-/* Electrical in = copper + inverter loss + mechanical + stored, each added up from its own terms. */
+/* The electrical input must equal the sum of copper loss, inverter loss, mechanical output and stored
+ * energy, each integrated by itself. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -22,7 +23,7 @@ static void drive(int periods, double target, double most)
     }
 }
 
-/* Imbalance relative to the energy that moved: 0.1 % is the acceptance. */
+/* The imbalance relative to the energy that was converted; the limit is 0.1 %. */
 static plant_truth_t balanced(double kinetic_before, const char *what)
 {
     plant_truth_t now = truth();
@@ -34,7 +35,7 @@ static plant_truth_t balanced(double kinetic_before, const char *what)
     return now;
 }
 
-/* Two masses that swing with 160 Hz. */
+/* Two masses whose natural frequency is 160 Hz. */
 #define ELASTIC                                                                                              \
     "inertia = 0.003, load_inertia = 0.006, shaft_damping = 0.05, friction_coulomb = 0.3, load_torque = 4, " \
     "shaft_stiffness = 2000"
@@ -90,7 +91,7 @@ static void test_energy_balances(void)
             TEST_ASSERT_TRUE(end.energy_copper > 1.0 && end.energy_inverter > 1.0 &&
                              end.energy_mechanical > 10.0);
         } else if (q.dc_resistance > 0.0) {
-            /* 157 rad/s times 6.3 N m and losses are about 1.1 kW: 3.6 A through 1 ohm. */
+            /* 157 rad/s times 6.3 N m and the losses are about 1.1 kW, that is 3.6 A through 1 ohm. */
             TEST_ASSERT_DOUBLE_WITHIN(0.7, 311.0 - 3.6, end.dc_voltage);
         } else if (drives[n].target == 0.0) {
             TEST_ASSERT_TRUE(end.energy_dc < -10.0);

@@ -16,7 +16,7 @@ static uint64_t after(double seconds)
     return plant.tick + (uint64_t)(seconds * TICKS + 0.5);
 }
 
-/* A winding whose current hardly moves, no EMF, the shaft held. */
+/* A winding with so large an inductance that its current hardly changes, without EMF, with the shaft held. */
 static plant_params_t choke(void)
 {
     return plant_of("inductance_d = 1, inductance_q = 1, resistance = 0, flux_linkage = 0, shaft_locked = 1");
@@ -33,7 +33,8 @@ static void put_currents(double a, double b, double c)
 
 /* ---- unequal legs ---- */
 
-/* Upper a and lower b, c permanently on: V - d - 2 V_ce - (R_leg + 1.5 (R + r_ce)) i = 0. */
+/* Upper switch a and lower switches b and c are permanently on: V - d - 2 V_ce - (R_leg + 1.5 (R + r_ce))
+ * i = 0. */
 static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
 {
     const uint32_t high[3] = {LOOP_PERIOD, 0, 0};
@@ -47,11 +48,12 @@ static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
             plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
         }
         plant_advance(&plant, (uint64_t)(0.4 * TICKS));
-        /* Averaged, drops are of the current half a delay later: 1 us of R i/L, times R_leg. */
+        /* In averaged mode the drops belong to the current half a delay later: an error of 1 us of R i/L,
+         * times R_leg. */
         TEST_ASSERT_DOUBLE_WITHIN(averaged ? 1e-3 : 1e-6, (30.0 - 3.0 - 1.6) / (2.0 + 1.5 * (0.95 + 0.018)),
                                   plant.i[0]);
 
-        /* From the instant of its removal, with the remaining time constant. */
+        /* The current changes from the instant of the removal, with the remaining time constant. */
         double i = plant.i[0];
         q.leg_a_drop = 0.0;
         q.leg_a_resistance = 0.0;
@@ -64,7 +66,7 @@ static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
     }
 }
 
-/* Mean voltage of a period, [V s], with this delay of leg a. */
+/* The integral of the voltage over a period [V s], with this delay of leg a. */
 static double period_flux(double delay, double i_a, uint32_t averaged)
 {
     plant_params_t q = choke();
@@ -76,7 +78,7 @@ static double period_flux(double delay, double i_a, uint32_t averaged)
         loop_period(&loop, &plant, NULL, NULL);
     }
     plant_truth_t before, now;
-    for (int k = 0; k < 2; k++) { /* the second one has all its edges */
+    for (int k = 0; k < 2; k++) { /* the second period contains all of its edges */
         const uint32_t high[3] = {7500, 7500, 7500};
         memcpy(loop.high, high, sizeof high);
         put_currents(i_a, -0.5 * i_a, -0.5 * i_a);
@@ -87,8 +89,8 @@ static double period_flux(double delay, double i_a, uint32_t averaged)
     return now.flux_alpha - before.flux_alpha;
 }
 
-/* While the upper switch comes later the current goes through the lower diode, and the other way round: 2/3
- * of (V - V_ce + V_f) for that long, against the current. */
+/* While the upper switch turns on later, the current flows through the lower diode, and vice versa. During
+ * the delay the voltage is reduced by 2/3 of (V - V_ce + V_f), against the current. */
 static void test_a_leg_s_own_delay_takes_its_time_of_the_link_against_the_current(void)
 {
     for (uint32_t averaged = 0; averaged < 2; averaged++) {
@@ -116,13 +118,13 @@ static void test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant(
     plant_advance(&plant, 1000);
     put_currents(2.0, -1.0, -1.0);
     TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a());
-    q.open_switches = 1.0; /* upper a */
+    q.open_switches = 1.0; /* the upper switch of leg a is open */
     plant_set_params(&plant, &q);
     TEST_ASSERT_EQUAL_INT(PLANT_LEG_LOWER_DIODE, leg_a());
     plant_truth_t now = truth();
     /* (2 v_a - v_b - v_c)/3 */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, (-2.0 * (0.95 + 0.05) - 2.0 * (0.8 + 0.018)) / 3.0, now.u_alpha);
-    put_currents(-2.0, 1.0, 1.0); /* in the other direction the diode of the same switch conducts as before */
+    put_currents(-2.0, 1.0, 1.0); /* the diode of the open switch still conducts in the other direction */
     TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_DIODE, leg_a());
     plant_gates(&plant, plant.tick, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_advance(&plant, after(5e-6));
@@ -153,7 +155,7 @@ static void test_a_shorted_switch_conducts_without_command_and_its_partner_trips
     TEST_ASSERT_TRUE(plant_fault_line(&plant));
     TEST_ASSERT_EQUAL_DOUBLE((double)(PLANT_UPPER(0) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2)),
                              now.shut_gates);
-    TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a()); /* nothing shuts it */
+    TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a()); /* no protection opens it */
     TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_DIODE, (plant_leg_t)now.leg_b);
 }
 
@@ -163,7 +165,7 @@ static void test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_thr
     plant_gates(&plant, 0, PLANT_LOWER(2));
     plant_advance(&plant, 1000);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));
-    q.shorted_switches = 16.0; /* upper c */
+    q.shorted_switches = 16.0; /* the upper switch of leg c is shorted */
     plant_set_params(&plant, &q);
     plant_truth_t now = truth();
     TEST_ASSERT_TRUE(plant_fault_line(&plant));
@@ -184,8 +186,8 @@ static uint32_t exchange(uint32_t gates, const uint32_t to[3])
     return bits;
 }
 
-/* A plant without a fault gets the edges of a running loop, and a plant with exchanged wires gets the same
- * edges with exchanged legs: both have the same result. */
+/* A plant without a fault receives the edges of a control loop. A plant with exchanged wires receives the
+ * same edges with exchanged legs. Both must have the same result to the last bit. */
 static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
 {
     static oracle_edge_t edges[12 * 400];
@@ -200,14 +202,15 @@ static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
         q.swap_phases = (double)pair;
         plant_init(&other, &q, 1);
         for (size_t n = 0; n < count; n++) {
-            plant_advance(&other, edges[n].tick / LOOP_PERIOD * LOOP_PERIOD); /* as the loop has looked */
+            /* Reads the plant at the times at which the loop has read it. */
+            plant_advance(&other, edges[n].tick / LOOP_PERIOD * LOOP_PERIOD);
             plant_gates(&other, edges[n].tick, exchange(edges[n].on, exchanged[pair]));
         }
         plant_advance(&other, plant.tick);
         TEST_ASSERT_TRUE(plant.i[0] * plant.i[0] + plant.i[1] * plant.i[1] > 1.0);
         TEST_ASSERT_EQUAL_MEMORY(plant.i, other.i, sizeof plant.i);
         TEST_ASSERT_EQUAL_DOUBLE(plant.omega_m, other.omega_m);
-        /* The sensors sit on the inverter's side. */
+        /* The sensors are on the inverter's side of the exchange. */
         q.current_noise = 0.0;
         q.swap_phases = (double)pair;
         plant_set_params(&other, &q);
@@ -219,7 +222,7 @@ static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
     }
 }
 
-/* Wires that change places in the middle, edges under way and an average among them. */
+/* The wires are exchanged in the middle of a run, with edges pending and with an average among the modes. */
 static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_move_the_rest(void)
 {
     for (uint32_t averaged = 0; averaged < 2; averaged++) {
@@ -230,7 +233,8 @@ static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_mo
         } else {
             plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_UPPER(1) | PLANT_LOWER(2));
             plant_advance(&plant, 5000);
-            plant_gates(&plant, 5000, PLANT_UPPER(0) | PLANT_LOWER(2)); /* acts in a while */
+            /* This command acts after its delay. */
+            plant_gates(&plant, 5000, PLANT_UPPER(0) | PLANT_LOWER(2));
         }
         plant_advance(&plant, 5010);
         double i_b = plant.i[1];
@@ -242,11 +246,11 @@ static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_mo
         TEST_ASSERT_EQUAL_DOUBLE(i_b, plant.i[1]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-9, before.u_alpha, now.u_alpha);
         TEST_ASSERT_TRUE(fabs(before.u_beta) > 10.0);
-        /* Except for the drops: the currents differ. */
+        /* Equal except for the voltage drops, because the currents differ. */
         TEST_ASSERT_DOUBLE_WITHIN(2.0, -before.u_beta, now.u_beta);
         if (!averaged) {
             now = truth_at(5000u + plant.turn_off_ticks + 10u);
-            TEST_ASSERT_EQUAL_INT(0, (int)(plant.on & PLANT_UPPER(2))); /* leg b's edge, on phase c */
+            TEST_ASSERT_EQUAL_INT(0, (int)(plant.on & PLANT_UPPER(2))); /* the edge of leg b, on phase c */
         }
     }
 }
@@ -259,7 +263,7 @@ static void test_swapped_and_inverted_sensors_show_what_they_are_wired_to(void)
     put_currents(3.0, 1.0, -4.0);
     double volts = 1.5 / q.current_range;
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + volts * 4.0, plant_analog(&plant, PLANT_CURRENT_C));
-    q.swap_currents = 3.0; /* a with b: the sensor of b, errors and all, on the input of a */
+    q.swap_currents = 3.0; /* the sensor of phase b, with its errors, is on input a */
     plant_set_params(&plant, &q);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + volts * (1.1 * 1.0 + 0.5), plant_analog(&plant, PLANT_CURRENT_A));
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.5 + volts * 3.0, plant_analog(&plant, PLANT_CURRENT_B));
@@ -272,7 +276,7 @@ static void test_a_magnet_that_loses_flux_does_so_at_the_instant(void)
 {
     plant_params_t q = begin(plant_with(choke(), "flux_linkage = 0.2"));
     put_currents(2.0, -1.0, -1.0);
-    plant_set_motion(&plant, -PI / 8.0, 0.0); /* all of it is i_q */
+    plant_set_motion(&plant, -PI / 8.0, 0.0); /* the whole current is i_q */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.5 * 4.0 * 0.2 * 2.0, plant.torque);
     q.flux_linkage = 0.15;
     plant_set_params(&plant, &q);
@@ -284,7 +288,7 @@ static void test_a_magnet_that_loses_flux_does_so_at_the_instant(void)
 static plant_params_t turning(void)
 {
     plant_params_t q = plant_of("shaft_locked = 1");
-    q.shaft_locked_speed = 2.0 * PI; /* one turn, 10000 counts a second */
+    q.shaft_locked_speed = 2.0 * PI; /* one turn per second: 10000 counts a second */
     return q;
 }
 
@@ -305,7 +309,7 @@ static void test_a_reversed_encoder_counts_back_from_where_it_is(void)
     TEST_ASSERT_EQUAL_INT64(1234, plant_encoder(&plant));
     plant_init(&plant, &q, 1);
     q.encoder_reversed = 1.0;
-    q.encoder_offset = 0.1; /* 159.15 counts */
+    q.encoder_offset = 0.1; /* 0.1 rad are 159.15 counts */
     plant_init(&other, &q, 1);
     TEST_ASSERT_EQUAL_INT64(-159, plant_encoder(&other));
 }
@@ -320,7 +324,7 @@ static void test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has(vo
     TEST_ASSERT_EQUAL_INT64(30000, plant_encoder(&plant));
     plant_advance(&plant, after(2.0));
     TEST_ASSERT_INT64_WITHIN(1, 45000, plant_encoder(&plant));
-    q.encoder_slip = 1.0; /* the coupling is off */
+    q.encoder_slip = 1.0; /* the coupling of the encoder slips completely */
     plant_set_params(&plant, &q);
     int64_t count = plant_encoder(&plant);
     plant_advance(&plant, after(1.3));
@@ -331,7 +335,8 @@ static void test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has(vo
     TEST_ASSERT_INT64_WITHIN(1, count + 10000, plant_encoder(&plant));
 }
 
-/* An own decoder: edge by edge from the levels of two tracks, one of which may be stuck. */
+/* A decoder written for the test: it counts edge by edge from the levels of two tracks, one of which may
+ * be stuck. */
 static int64_t decoded(int stuck_a, int stuck_b, int from, int to)
 {
     int64_t count = from;
@@ -341,9 +346,9 @@ static int64_t decoded(int stuck_a, int stuck_b, int from, int to)
         int next_a = stuck_a >= 0 ? stuck_a : n % 4 == 1 || n % 4 == 2;
         int next_b = stuck_b >= 0 ? stuck_b : n % 4 >= 2;
         if (next_a != a && next_b == b) {
-            count += next_a != b ? 1 : -1; /* A rises while B is low: forward */
+            count += next_a != b ? 1 : -1; /* A rises while B is low: a step forward */
         } else if (next_b != b && next_a == a) {
-            count += next_b == a ? 1 : -1; /* B rises while A is high: forward */
+            count += next_b == a ? 1 : -1; /* B rises while A is high: a step forward */
         }
         a = next_a;
         b = next_b;
@@ -361,7 +366,7 @@ static void test_a_stuck_track_shows_the_edges_of_the_other_alone(void)
                 TEST_ASSERT_EQUAL_INT64(start, plant_encoder(&plant));
                 q.encoder_stuck_a = a;
                 q.encoder_stuck_b = b;
-                bool two = a >= 0 && b >= 0; /* may be two edges at once, which have no effect */
+                bool two = a >= 0 && b >= 0; /* two edges may coincide; they have no effect */
                 plant_set_params(&plant, &q);
                 for (int n = start; n < start + 13; n++) {
                     if (!two) {
@@ -396,7 +401,8 @@ static void test_a_ripple_is_a_sine_from_the_instant_it_is_set(void)
     TEST_ASSERT_EQUAL_DOUBLE(q.dc_voltage, plant.v_dc);
 }
 
-/* Legs permanently on, with a choke as load: flux is the integral of 2/3 of the link less its drops. */
+/* The legs are permanently on, with a choke as load: the flux is the integral of 2/3 of the link voltage
+ * less the drops. */
 static void test_a_ripple_reaches_the_motor_as_its_integral(void)
 {
     const uint32_t high[3] = {LOOP_PERIOD, 0, 0};
@@ -422,7 +428,7 @@ static void test_a_ripple_reaches_the_motor_as_its_integral(void)
     }
 }
 
-/* v' = (V + r sin - v)/RC + chopper, in steps of 0.1 us: no motor. */
+/* An independent integration of v' = (V + r sin - v)/RC + chopper in steps of 0.1 us, without a motor. */
 static void test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_elsewhere(void)
 {
     plant_params_t q = begin(plant_of("dc_capacitance = 2e-4, dc_resistance = 2, chopper_resistance = 30, "
@@ -440,12 +446,13 @@ static void test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_els
             worst = fmax(worst, fabs(plant.v_dc - v));
         }
     }
-    /* First order in its steps, here 10 us: less than one at the steepest, 40 V 1885 /s. */
+    /* The plant's steps of 10 us are of first order: the error is less than one step at the steepest
+     * slope, 40 V x 1885/s. */
     TEST_ASSERT_TRUE(worst < 10e-6 * 40.0 * 1885.0);
 }
 
-/* The energy that leaves the capacitor is C/2 of the difference of the squares; it returns with the supply.
- */
+/* The energy that leaves the capacitor is C/2 times the difference of the squared voltages; it returns
+ * with the supply. */
 static void test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter(void)
 {
     for (uint32_t averaged = 0; averaged < 2; averaged++) {

@@ -16,8 +16,8 @@ static plant_params_t locked(void)
 
 /* ---- dead time ---- */
 
-/* Mean of u_alpha over one period in which leg a is high for `high_a` and legs b and c for `high_bc`,
- * settled. */
+/* The mean of u_alpha in steady state over one period, in which leg a is high for `high_a` and legs b and
+ * c for `high_bc`. */
 static double mean_alpha(const plant_params_t *q, uint32_t high_a, uint32_t high_bc, uint32_t dead,
                          bool averaged)
 {
@@ -31,7 +31,7 @@ static double mean_alpha(const plant_params_t *q, uint32_t high_a, uint32_t high
         if (averaged) {
             plant_carrier(&plant, start, LOOP_PERIOD, high, dead, false);
         } else {
-            /* Leg a is the longer: its edges come first and last. */
+            /* Leg a has the longer pulse: its edges come first and last. */
             uint64_t rise_a = start + (LOOP_PERIOD - high_a) / 2u;
             uint64_t rise_bc = start + (LOOP_PERIOD - high_bc) / 2u;
             uint32_t lower = PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2);
@@ -52,9 +52,9 @@ static double mean_alpha(const plant_params_t *q, uint32_t high_a, uint32_t high
 
 static void test_dead_time_error_is_that_of_the_formula(void)
 {
-    /* docs/theory.md, 12, with drops at 4.55 A, 0.8 + 0.018 * 4.55 and 0.95 + 0.025 * 4.55 V; here without
-     * slope, so that the current does not matter. Current into a, out of b and c: the vector's error is 4/3
-     * of one leg's. */
+    /* docs/theory.md, 12, with the drops at 4.55 A, 0.8 + 0.018 * 4.55 V and 0.95 + 0.025 * 4.55 V. In
+     * this test the drops have no slope, so that they do not depend on the current. The current flows into
+     * a and out of b and c, so that the error of the vector is 4/3 of that of a leg. */
     static const uint32_t dead[] = {300, 375, 450};
     static const double row[] = {6.6, 8.1, 9.7};
     plant_params_t q = plant_with(
@@ -64,15 +64,16 @@ static void test_dead_time_error_is_that_of_the_formula(void)
         double t_e = (dead[n] + 105.0 - 135.0) / LOOP_PERIOD;
         double v =
             t_e * (311.0 - q.igbt_voltage + q.diode_voltage) + 0.5 * (q.igbt_voltage + q.diode_voltage);
-        /* The small term (d - 1/2)(V_ce - V_f), for d = 0.56 and 0.44. */
+        /* The small term is (d - 1/2)(V_ce - V_f), for d = 0.56 and 0.44. */
         double small = 2.0 / 3.0 * (0.06 + 0.06) * (q.igbt_voltage - q.diode_voltage);
         double commanded = 2.0 / 3.0 * 0.12 * 311.0;
         for (int averaged = 0; averaged < 2; averaged++) {
             double error = commanded - mean_alpha(&q, 8400, 6600, dead[n], averaged);
-            /* Edges are exact to the tick; the remaining error is rounding and the last e^-15 of settling. */
+            /* The edges are exact to the tick; the remaining errors are rounding and the e^-15 that
+             * remains of the settling. */
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 4.0 / 3.0 * v + small, error);
             TEST_ASSERT_DOUBLE_WITHIN(0.07, row[n],
-                                      error * 0.75); /* the table's rounding, and the small term */
+                                      error * 0.75); /* covers the rounding of the table and the small term */
         }
     }
 }
@@ -81,22 +82,25 @@ static void test_averaged_mode_has_no_error_where_nothing_switches(void)
 {
     plant_params_t q = plant_with(locked(), "dc_voltage = 20, " NO_DROPS);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 20.0, mean_alpha(&q, LOOP_PERIOD, 0, 375, true));
-    /* One tick less, and the upper transistor of a comes late by T_e: 345 ticks of the period. */
+    /* The pulse is one tick shorter, and the upper transistor of leg a turns on T_e late: 345 ticks of the
+     * period. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 20.0 * (1.0 - 346.0 / LOOP_PERIOD),
                               mean_alpha(&q, LOOP_PERIOD - 1, 0, 375, true));
-    /* A pulse shorter than T_e has no effect: no current beyond the zone, so no more than R times that. */
+    /* A pulse shorter than T_e has no effect: the current stays in the zone, so that the mean voltage is
+     * at most R times the zone. */
     TEST_ASSERT_DOUBLE_WITHIN(0.95 * 0.05, 0.0, mean_alpha(&q, 300, 0, 375, true));
 }
 
-/* The averaged inverter compared with single periods of a switched one: each begins with the currents at the
- * end of the switched period before. */
+/* The averaged inverter compared with single periods of a switched one. Each averaged period begins with
+ * the currents at the end of the previous switched period. */
 typedef struct {
-    double rms;            /* [V] averaged minus switched, mean voltage of a period */
-    double one_current;    /* [V] the same if both edges of a leg met the mean current */
-    double mean_d, mean_q; /* [V] of the first, rotor frame */
+    double rms;            /* [V] averaged minus switched mean voltage of a period */
+    double one_current;    /* [V] the same difference if both edges of a leg had the mean current */
+    double mean_d, mean_q; /* [V] mean of the difference `rms`, in the rotor frame */
 } missed_t;
 
-/* Leg voltage, period's mean [V], if both edges met this current: of the plant's laws by the share on. */
+/* The mean leg voltage of a period [V] if both edges had this current: the plant's laws of both switches,
+ * weighted by their on-times. */
 static double by_one_current(uint32_t high, uint32_t dead, double i)
 {
     double error = (double)dead + (double)plant.turn_on_ticks[0] - (double)plant.turn_off_ticks;
@@ -146,7 +150,7 @@ static missed_t compare(const plant_params_t *q, double i_d, double i_q, uint32_
     return missed;
 }
 
-/* Limits: the worst of what is measured here, times 1.5. */
+/* Each limit is 1.5 times the largest value that this test has measured. */
 static void expect_missed(const char *what, double rpm, const missed_t *missed, double limit, double share)
 {
     char message[200];
@@ -158,13 +162,13 @@ static void expect_missed(const char *what, double rpm, const missed_t *missed, 
     TEST_ASSERT_TRUE_MESSAGE(fabs(missed->mean_d) <= 0.008 && fabs(missed->mean_q) <= 0.008, message);
 }
 
-/* 1.32 N m of friction, and 5 N m on top. */
+/* The torques are 1.32 N m of friction, and 5 N m more. */
 static void test_averaged_period_has_the_voltage_of_its_edges(void)
 {
     static const struct {
         double rpm;      /* [r/min] */
-        double limit[2]; /* [V] without load, with */
-        double share;    /* of what one current for both edges leaves, at most [-] */
+        double limit[2]; /* [V] without load and with load */
+        double share;    /* [-] largest ratio to the error that one current for both edges leaves */
     } points[] = {
         {100.0, {0.034, 0.015}, 0.6},  {503.0, {0.024, 0.019}, 0.06},   {1013.0, {0.05, 0.024}, 0.04},
         {1490.0, {0.047, 0.02}, 0.03}, {-1013.0, {0.042, 0.025}, 0.04},
@@ -211,7 +215,7 @@ static void test_averaged_periods_continue_until_the_mode_changes(void)
 
 /* ---- edges ---- */
 
-/* 12 A into a, out of b and c, on a 30 V link; returns the tick. */
+/* Drives 12 A into a and out of b and c, with a link of 30 V; returns the tick. */
 static uint64_t flowing(const plant_params_t *q)
 {
     plant_init(&plant, q, 1);
@@ -225,8 +229,8 @@ static plant_params_t no_slope(void)
     return plant_with(locked(), "dc_voltage = 30, igbt_resistance = 0, diode_resistance = 0");
 }
 
-/* Volt-seconds of u_alpha that a toggle of the upper switch of a takes away, in ticks of the leg's full
- * swing. */
+/* The volt-seconds of u_alpha that a toggle of the upper switch of leg a removes, in ticks of the full leg
+ * voltage. */
 static double lost_ticks(const plant_params_t *q, const uint32_t *offsets, int count)
 {
     uint64_t at = flowing(q);
@@ -247,14 +251,15 @@ static void test_gap_shorter_than_the_difference_of_delays_vanishes(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, lost_ticks(&q, (const uint32_t[]){100, 131}, 2));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, lost_ticks(&q, (const uint32_t[]){100, 130}, 2));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, lost_ticks(&q, (const uint32_t[]){100, 101}, 2));
-    /* Two gaps, the first too short: only the second remains. */
+    /* The switch is off twice; the first time is too short, and only the second has an effect. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 70.0, lost_ticks(&q, (const uint32_t[]){100, 110, 120, 220}, 4));
 }
 
 static void test_pulse_shorter_than_the_difference_of_delays_vanishes(void)
 {
     plant_params_t q = plant_with(no_slope(), "turn_on_delay = 0.9e-6, turn_off_delay = 0.7e-6");
-    /* Off at 100 acts at 205; on at 300 acts at 435; off at 329 acts at 434, at 331 at 436. */
+    /* Off at 100 acts at 205, and on at 300 acts at 435. Off at 329 acts at 434 and so cancels the on; off
+     * at 331 acts at 436. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3000.0 - 205.0, lost_ticks(&q, (const uint32_t[]){100, 300, 329}, 3));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3000.0 - 206.0, lost_ticks(&q, (const uint32_t[]){100, 300, 331}, 3));
 }
@@ -262,9 +267,10 @@ static void test_pulse_shorter_than_the_difference_of_delays_vanishes(void)
 static void test_more_edges_than_a_delay_holds_end_in_the_commanded_state(void)
 {
     plant_params_t q = plant_with(no_slope(), "turn_on_delay = 4e-6, turn_off_delay = 4e-6");
-    /* Nine edges, ten ticks apart, within 600 ticks of delay. Off, on, off, on wait for 700, 710, 720, 730;
-     * the fifth is one too many and goes with the fourth; the sixth waits for 750 and goes with the seventh,
-     * the eighth with the ninth. What acts: off at 700, on at 710, off at 720. */
+    /* Nine edges, ten ticks apart, within a delay of 600 ticks. Off, on, off, on wait for 700, 710, 720,
+     * 730. The queue is then full: the fifth edge cancels the fourth and itself; the sixth waits for 750
+     * and is cancelled by the seventh, and the eighth by the ninth. The edges that act are off at 700, on
+     * at 710, off at 720. */
     uint32_t offsets[9];
     for (uint32_t n = 0; n < 9; n++) {
         offsets[n] = 100u + 10u * n;
@@ -283,7 +289,8 @@ static void test_all_off_lets_the_current_die_into_the_link_and_then_none_flows(
     plant_advance(&plant, 60000u);
     plant_gates(&plant, 60000u, 0);
     TEST_ASSERT_TRUE(truth_at(60000u).i_a > 4.0);
-    /* 6.5 A decay at 200 V/12.5 mH in 0.5 ms; 50 us in the zone later the nodes float. */
+    /* The current of 6.5 A decays with 200 V/12.5 mH in 0.5 ms; after a further 50 us in the zone the
+     * nodes float. */
     plant_truth_t now = truth_at(60000u + 150000u);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_b);
@@ -298,15 +305,15 @@ static void test_all_off_lets_the_current_die_into_the_link_and_then_none_flows(
 static void test_emf_above_the_link_flows_through_the_diodes(void)
 {
     begin(plant_of("dc_voltage = 100, friction_coulomb = 0"));
-    plant_set_motion(&plant, 0.0, 157.0); /* 199 V between lines */
+    plant_set_motion(&plant, 0.0, 157.0); /* 199 V of EMF between lines */
     plant_set_metering(&plant, true);
     plant_truth_t now = truth_at(1500000u);
     TEST_ASSERT_TRUE(fabs(now.i_a) + fabs(now.i_b) + fabs(now.i_c) > 1.0);
     TEST_ASSERT_TRUE(now.torque < -1.0);
     TEST_ASSERT_TRUE(now.energy_dc < -1.0);
-    /* The lines fall below 100 V + 2 * 0.95 V at 80.4 rad/s; braking ends there, and nothing flows any more.
-     * Just above, a crest leaves the legs in the zone, whose leak (50 mA) brakes on until they float: 0.5
-     * rad/s. */
+    /* The line EMF falls below 100 V + 2 * 0.95 V at 80.4 rad/s; there the braking ends, and no current
+     * flows any more. Just above, a crest leaves the legs in the zone, whose leakage (50 mA) brakes on
+     * until they float: 0.5 rad/s. */
     now = truth_at(1500000000u);
     TEST_ASSERT_DOUBLE_WITHIN(0.5, 101.9 / (sqrt(3.0) * 4.0 * 0.183), now.omega_m);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
@@ -317,10 +324,10 @@ static void test_a_pulse_starts_the_wait_for_floating_legs_again(void)
     uint32_t lower = PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2);
     begin(locked());
     plant_gates(&plant, 0, lower);
-    plant_gates(&plant, 1000, 0); /* acts at 1135 */
+    plant_gates(&plant, 1000, 0); /* acts at tick 1135 */
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_ZONE, truth_at(1135u + 5000u).leg_a);
-    plant_gates(&plant, 6200, lower); /* acts at 6305 */
-    plant_gates(&plant, 6300, 0);     /* acts at 6435 */
+    plant_gates(&plant, 6200, lower); /* acts at tick 6305 */
+    plant_gates(&plant, 6300, 0);     /* acts at tick 6435 */
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_ZONE, truth_at(6435u + 5000u).leg_a);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_OPEN, truth_at(6435u + PLANT_IDLE_TICKS).leg_a);
 }
@@ -340,15 +347,16 @@ static void test_shoot_through_is_counted_and_shuts_the_arm_and_all_lower_ones(v
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, (double)(at + 105u) / 150e6, now.shoot_through_second);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_UPPER(2) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2),
                              now.shut_gates);
-    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_IGBT, now.leg_a); /* the others keep obeying */
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_IGBT, now.leg_a); /* the other gates still obey */
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_DIODE, now.leg_b);
     TEST_ASSERT_TRUE(plant_fault_line(&plant));
-    /* 1.8 ms = 270000 ticks of fault output. */
+    /* The fault output lasts 1.8 ms = 270000 ticks. */
     plant_advance(&plant, at + 105u + 269999u);
     TEST_ASSERT_TRUE(plant_fault_line(&plant));
     plant_advance(&plant, at + 105u + 270000u);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));
-    /* The command is still on, but the gates stay off; each gate follows again after an off-on edge. */
+    /* The command is still on, but the gates stay off. Each gate follows its command again after an off-on
+     * edge. */
     now = truth_at(at + 300000u);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_UPPER(2) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2),
                              now.shut_gates);
@@ -384,13 +392,13 @@ static void test_module_without_protection_only_counts_a_shoot_through(void)
     TEST_ASSERT_EQUAL_DOUBLE(1.0, now.shoot_throughs);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_SHOOT_THROUGH, now.leg_a);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));
-    /* Node of a at 15 V, b and c through IGBTs at half the current. */
+    /* The node of a is at 15 V; b and c conduct through IGBTs at half the current. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2.0 / 3.0 * (15.0 - 0.8 - 0.018 * 0.5 * now.i_a), now.u_alpha);
 }
 
 static void test_overcurrent_trips_the_arm_that_carries_it(void)
 {
-    /* Below, at and above: the trip level lies at the current that is reached, or a little beside it. */
+    /* The trip level is below, at and above the current that is reached, in small distances. */
     plant_params_t q = plant_with(locked(), "dc_voltage = 30");
     double reached = 2.0 / 3.0 * 28.4 / (0.95 + 0.018);
     q.short_circuit_current = reached * 1.001;
@@ -399,13 +407,13 @@ static void test_overcurrent_trips_the_arm_that_carries_it(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(45000000u).fault_line);
     q.short_circuit_current = reached * 0.99;
     plant_set_params(&plant, &q);
-    plant_truth_t now = truth_at(45000000u + 15000u); /* within one step of 100 us */
+    plant_truth_t now = truth_at(45000000u + 15000u); /* detected within one step of 100 us */
     TEST_ASSERT_EQUAL_DOUBLE(1.0, now.fault_line);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_UPPER(0), now.shut_gates);
     now = truth_at(45000000u + 30000u);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_DIODE, now.leg_a);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_IGBT, now.leg_b);
-    /* A lower arm that carries too much takes the other lower arms with it. */
+    /* A lower switch with too much current turns off the other lower switches too. */
     plant_init(&plant, &q, 1);
     plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_UPPER(1) | PLANT_UPPER(2));
     now = truth_at(45000000u);
@@ -425,12 +433,13 @@ static void test_forced_fault_shuts_everything_and_holds_the_line(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
     q.force_fault = 0.0;
     plant_set_params(&plant, &q);
-    TEST_ASSERT_FALSE(plant_fault_line(&plant)); /* held far longer than the shortest pulse */
+    /* The fault lasts far longer than the shortest pulse of the fault line. */
+    TEST_ASSERT_FALSE(plant_fault_line(&plant));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(at + 4000000u).i_a);
     plant_gates(&plant, at + 4000000u, 0);
     plant_gates(&plant, at + 4100000u, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     TEST_ASSERT_TRUE(truth_at(at + 5000000u).i_a > 1.0);
-    /* A short one still makes a pulse of full length. */
+    /* A short fault still makes a pulse of full length. */
     q.force_fault = 1.0;
     plant_set_params(&plant, &q);
     q.force_fault = 0.0;
@@ -468,7 +477,7 @@ static void test_averaged_mode_stops_on_a_fault_and_resumes_after_it(void)
     now = truth_at(240u * LOOP_PERIOD);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));
     TEST_ASSERT_TRUE(now.i_a > 1.0);
-    /* Leaving averaged mode: the command acts at once. */
+    /* When averaged mode ends, the command acts at once. */
     plant_gates(&plant, 240u * LOOP_PERIOD, 0);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_DIODE, truth_at(240u * LOOP_PERIOD + 1u).leg_a);
 }
@@ -484,7 +493,7 @@ static void test_broken_phase_carries_nothing_and_the_others_the_same_current(vo
         q.open_phase_b = broken == 1;
         q.open_phase_c = broken == 2;
         plant_init(&plant, &q, 1);
-        /* d axis on the broken phase: the line between the other two lies on q. */
+        /* The d axis is on the broken phase, so that the line between the other two is on q. */
         plant_set_motion(&plant, 2.0 * 3.14159265358979324 / 3.0 * broken / 4.0, 0.0);
         int next = (broken + 1) % 3;
         int last = (broken + 2) % 3;

@@ -1,4 +1,4 @@
-/* Shaft and windings against closed forms. */
+/* Shaft and windings compared with closed forms. */
 #include <math.h>
 #include <string.h>
 
@@ -18,13 +18,14 @@ static void test_rotor_coasts_down_on_the_exponential_of_dry_and_viscous_frictio
 {
     plant_params_t q = begin(plant_of("friction_viscous = 0.01"));
     plant_set_motion(&plant, 0.0, 150.0);
-    /* J w' = -T_c - B w: w = (w_0 + T_c/B) exp(-B t/J) - T_c/B. */
+    /* The solution of J w' = -T_c - B w is w = (w_0 + T_c/B) exp(-B t/J) - T_c/B. */
     for (int k = 1; k <= 5; k++) {
         double t = 0.5 * k;
         double shift = q.friction_coulomb / q.friction_viscous;
         double omega = (150.0 + shift) * exp(-q.friction_viscous * t / q.inertia) - shift;
         plant_truth_t now = truth_at((uint64_t)k * SECOND / 2u);
-        /* Midpoint rule: (B h/J)^2/24 of the change, 1e-11; rounding of 25000 steps. */
+        /* The error of the midpoint rule is (B h/J)^2/24 of the change, 1e-11; the limit is for the
+         * rounding of 25000 steps. */
         TEST_ASSERT_DOUBLE_WITHIN(1e-7, omega, now.omega_m);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, now.torque);
@@ -36,9 +37,9 @@ static void test_rotor_comes_to_rest_and_stays(void)
 {
     begin(plant_of("inertia = 0.003, load_torque = 5"));
     plant_set_motion(&plant, 0.0, 20.0);
-    /* w = 2e-4 6.32/0.003 = 0.42 rad/s. Above, the sign is full and the speed falls by 6.32/0.003 per second;
-     * inside it must die out: within 40 periods below a millionth of w, and never a thousandth of w
-     * backwards. */
+    /* The width of the smooth friction is w = 2e-4 x 6.32/0.003 = 0.42 rad/s. Above it the friction is
+     * complete, and the speed falls by 6.32/0.003 per second. Within it the speed must decay: within 40
+     * periods to a millionth of w, and never backwards by more than a thousandth of w. */
     double w = 2e-4 * 6.32 / 0.003;
     double before = 20.0;
     for (int k = 1; k <= 1000; k++) {
@@ -57,7 +58,7 @@ static void test_rotor_comes_to_rest_and_stays(void)
 static void test_load_below_friction_makes_the_rotor_creep_slower_than_the_width(void)
 {
     plant_params_t q = plant_of("load_kind = 1");
-    q.load_torque = 0.66; /* half of the dry friction: x (3 - x^2)/2 = 1/2 at x = 0.347296 */
+    q.load_torque = 0.66; /* half of the friction, since x (3 - x^2)/2 = 1/2 at x = 0.347296 */
     plant_init(&plant, &q, 1);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.3472964 * PLANT_SHAFT_WIDTH, truth_at(2u * SECOND).omega_m);
 }
@@ -67,11 +68,11 @@ static void test_phasor_keeps_to_the_angle_however_long_the_run(void)
     begin(plant_of("shaft_locked = 1, shaft_locked_speed = 249"));
     for (uint64_t k = 1; k <= 100; k++) {
         plant_advance(&plant, k * SECOND / 10u);
-        /* 64 turns of 0.09 rad at most between two exact ones: 64 * 1e-15. */
+        /* At most 64 rotations of 0.09 rad lie between two exact evaluations: an error of 64 * 1e-15. */
         TEST_ASSERT_DOUBLE_WITHIN(1e-12, cos(plant.theta_e), plant.cos_e);
         TEST_ASSERT_DOUBLE_WITHIN(1e-12, sin(plant.theta_e), plant.sin_e);
     }
-    /* 10 s in some 100 000 additions of the angle, 1e-16 pi each. */
+    /* 10 s are about 100 000 additions to the angle, each with a rounding of 1e-16 pi. */
     plant_truth_t now = truth_at(10u * SECOND);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2490.0, now.theta_m);
 }

@@ -1,4 +1,5 @@
-/* The switched plant against matrix exponentials: same edges, same parameters, currents at every sample. */
+/* The switched plant compared with matrix exponentials: with the same edges and the same parameters the
+ * currents of every sample must agree. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -7,7 +8,7 @@
 #include "tests/plant/bench.h"
 #include "unity.h"
 
-#define PERIODS 1500 /* at most */
+#define PERIODS 1500 /* largest number of periods */
 
 static oracle_edge_t edges[12 * PERIODS];
 static uint64_t ticks[PERIODS];
@@ -16,12 +17,12 @@ static oracle_sample_t wanted[PERIODS];
 
 typedef struct {
     double current; /* [A] largest difference of a phase current */
-    double angle;   /* [rad] of the mechanical angle */
-    double speed;   /* [rad/s] */
-    double largest; /* [A] largest current met */
+    double angle;   /* [rad] largest difference of the mechanical angle */
+    double speed;   /* [rad/s] largest difference of the speed */
+    double largest; /* [A] largest current that occurred */
 } distance_t;
 
-/* Drives the loop with `q_current` and compares at the end of every period. */
+/* Drives the loop with `q_current` and compares both models at the end of every period. */
 static distance_t run(const plant_params_t *q, oracle_frame_t frame, double omega_start, double target,
                       double i_d, double most, int periods)
 {
@@ -52,17 +53,18 @@ static distance_t run(const plant_params_t *q, oracle_frame_t frame, double omeg
     return far;
 }
 
-/* The loop changes from a speed to a target, with i_d and at most this i_q. */
+/* The loop changes the speed from `start` to `target`, with this i_d and at most this i_q. */
 static const struct {
     const char *name, *changes;
     oracle_frame_t frame;
     double start, target, i_d, most; /* [rad/s], [A] */
     int periods;
-    double end, within; /* [rad/s]; 0: no matter */
+    double end, within; /* [rad/s]; 0: not checked */
 } drives[] = {
     {"from rest to rated speed under load", "load_torque = 5, inertia = 0.003", ORACLE_STATIONARY, 0.0,
      157.0796, 0.0, 10.0, 1200, 157.0, 15.0},
-    /* 100 r/min, friction only: dead time clamps the currents to the zone for much of the turn */
+    /* At 100 r/min, with friction as the only load, the dead time keeps the currents in the zone for a
+     * large part of a turn. */
     {"on the rig at low current", "", ORACLE_STATIONARY, 5.0, 10.472, 0.0, 10.0, PERIODS, 0.0, 0.0},
     {"backwards with active load", "load_kind = 1, load_torque = 3, friction_viscous = 0.01, inertia = 0.01",
      ORACLE_STATIONARY, 20.0, -120.0, 0.0, 8.0, 1200, -115.0, 15.0},
@@ -70,7 +72,7 @@ static const struct {
      157.0796, -4.0, 10.0, 500, 0.0, 0.0},
     {"on a salient machine by its flux", "inductance_d = 0.008, inductance_q = 0.02, inertia = 0.003",
      ORACLE_FLUX, 0.0, 157.0796, -4.0, 10.0, 200, 0.0, 0.0},
-    /* 1.4 I_s on the q axis: a fifth of the unsaturated incremental inductance */
+    /* 1.4 I_s on the q axis, where the incremental inductance is a fifth of the unsaturated one. */
     {"on a machine that saturates on both axes",
      "inductance_d = 0.02, inductance_q = 0.04, saturation_d = 8, saturation_q = 8, inertia = 0.0636",
      ORACLE_FLUX, 0.0, 157.0796, -6.0, 12.0, 300, 0.0, 0.0},
@@ -97,14 +99,15 @@ static const struct {
      ORACLE_STATIONARY, 60.0, 100.0, 1.0, 6.0, 500, 0.0, 0.0},
 };
 
-/* 1 mA is the acceptance; the angle that 1 mA could hide is 1 mA/10 A of an electrical radian. */
+/* The limit is 1 mA. The angle error that a current error of 1 mA could hide is 1 mA/10 A of an electrical
+ * radian. */
 static void test_currents_follow_the_oracle(void)
 {
     for (size_t n = 0; n < sizeof drives / sizeof drives[0]; n++) {
         const plant_params_t q = plant_of(drives[n].changes);
         const distance_t far = run(&q, drives[n].frame, drives[n].start, drives[n].target, drives[n].i_d,
                                    drives[n].most, drives[n].periods);
-        TEST_ASSERT_TRUE_MESSAGE(far.largest > 1.0, drives[n].name); /* something flowed */
+        TEST_ASSERT_TRUE_MESSAGE(far.largest > 1.0, drives[n].name); /* currents did flow */
         TEST_ASSERT_TRUE_MESSAGE(far.current < 1e-3, drives[n].name);
         TEST_ASSERT_TRUE_MESSAGE(far.angle < 1e-3 / 10.0 / 4.0, drives[n].name);
         if (drives[n].within > 0.0) {

@@ -1,4 +1,5 @@
-/* Saturation of the iron: the limit without it, the law of the flux, and steps fine enough for both. */
+/* Saturation of the iron: the limit case without it, the law of the flux, and the convergence of the
+ * steps. */
 #include <math.h>
 #include <string.h>
 
@@ -8,8 +9,8 @@
 
 #define BENT "inductance_d = 0.02, inductance_q = 0.04, inertia = 0.003"
 
-/* The loop from rest towards 150 rad/s for some periods; between two edges time passes in this number of
- * parts. */
+/* The control loop accelerates from rest towards 150 rad/s for this number of periods; the time between
+ * two edges is divided into this number of parts. */
 static plant_truth_t drive(const plant_params_t *q, int periods, uint32_t parts)
 {
     setUp();
@@ -36,13 +37,14 @@ static void test_a_current_of_saturation_far_above_all_others_changes_nothing(vo
     const plant_truth_t one = drive(&linear, 400, 0u);
     const plant_truth_t other = drive(&bent, 400, 0u);
     TEST_ASSERT_TRUE(fabs(one.i_q) > 5.0);
-    /* The flux differs by (12 A/10 kA)^2/2 = 7e-7 of it. */
+    /* The saturation changes the flux by a share of (12 A/10 kA)^2/2 = 7e-7. */
     TEST_ASSERT_TRUE(apart(&one, &other) < 1e-4);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, one.omega_m, other.omega_m);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4 * one.energy_magnetic, one.energy_magnetic, other.energy_magnetic);
 }
 
-/* Fourth order: with steps of a quarter the difference that is left is that of the longer ones. */
+/* The method is of fourth order: with steps of a quarter the length the error is negligible, so that the
+ * difference is the error of the longer steps. */
 static void test_shorter_steps_change_nothing(void)
 {
     const plant_params_t bent =
@@ -54,8 +56,8 @@ static void test_shorter_steps_change_nothing(void)
     TEST_ASSERT_TRUE(apart(&whole, &parts) < 1e-4);
 }
 
-/* Held at standstill by the dynamometer, a constant current: T = 1.5 p (psi_f i_q + (L_d(i_d) - L_q(i_q)) i_d
- * i_q) with the apparent inductances of the law. */
+/* The dynamometer holds the shaft at standstill, and the current is constant: T = 1.5 p (psi_f i_q +
+ * (L_d(i_d) - L_q(i_q)) i_d i_q) with the apparent inductances of the law. */
 static void test_torque_is_that_of_the_apparent_inductances(void)
 {
     const plant_params_t q = plant_of(BENT ", saturation_d = 8, saturation_q = 8, " NO_DROPS
@@ -76,8 +78,8 @@ static void test_torque_is_that_of_the_apparent_inductances(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, torque, now.torque);
 }
 
-/* A winding that a voltage drives with almost no resistance takes the current of the flux: psi = integral of
- * u. */
+/* A voltage drives a winding with almost no resistance: the current must belong to the flux psi = integral
+ * of u. */
 static void test_a_constant_voltage_makes_the_flux_of_its_integral(void)
 {
     plant_params_t q =
@@ -92,7 +94,7 @@ static void test_a_constant_voltage_makes_the_flux_of_its_integral(void)
         const plant_truth_t now = truth_at(tick);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.02 * now.i_d / sqrt(1.0 + now.i_d * now.i_d / 64.0),
                                   now.flux_alpha);
-        /* Only the field takes energy: 1.5 (psi i - L I_s^2 (sqrt(1 + (i/I_s)^2) - 1)). */
+        /* Only the field stores energy: 1.5 (psi i - L I_s^2 (sqrt(1 + (i/I_s)^2) - 1)). */
         const double root = sqrt(1.0 + now.i_d * now.i_d / 64.0);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.5 * (now.flux_alpha * now.i_d - 0.02 * 64.0 * (root - 1.0)),
                                   now.energy_magnetic);
@@ -100,11 +102,12 @@ static void test_a_constant_voltage_makes_the_flux_of_its_integral(void)
     TEST_ASSERT_TRUE(plant.i_d > 6.0);
 }
 
-/* A winding without resistance keeps the flux that it had when it was short-circuited: psi_f in the direction
- * of the rotor at that time. A quarter of a turn later all of it is in the q axis, and the d axis has none:
- * i_d takes away psi_f, i_q makes psi_f. L_q I_s is 0.12 Wb; the iron is full at 6 A with 0.06 2/sqrt(1 +
- * 1/9) = 0.1138 Wb, and 0.06/10^1.5 = 1.897 mH hold the other 0.0692 Wb with 36.5 A more. Only the shaft
- * supplies the energy of the field. */
+/* A winding without resistance keeps the flux that it had when it was short-circuited, psi_f in the
+ * direction of the rotor at that time. After a quarter of a turn all of this flux is in the q axis, and
+ * the d axis has none: i_d cancels psi_f, and i_q produces psi_f. The iron of the q axis (L_q I_s = 0.12
+ * Wb) follows the law up to 6 A, where it has 0.06 x 2/sqrt(1 + 1/9) = 0.1138 Wb. Beyond 6 A the
+ * incremental inductance is constant, 0.06/10^1.5 = 1.897 mH, and the remaining 0.0692 Wb need 36.5 A
+ * more. Only the shaft supplies the energy of the field. */
 static void test_a_short_circuit_turns_more_flux_into_an_axis_than_its_iron_carries(void)
 {
     plant_params_t q = plant_of("inductance_d = 0.02, inductance_q = 0.06, saturation_q = 2, " NO_DROPS
@@ -113,7 +116,7 @@ static void test_a_short_circuit_turns_more_flux_into_an_axis_than_its_iron_carr
                                 "short_circuit_current = 0");
     plant_init(&plant, &q, 1);
     plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
-    const double turn = 1.57079632679489661923; /* at 400 rad/s */
+    const double turn = 1.57079632679489661923; /* [rad] a quarter of a turn, at 400 rad/s */
     const plant_truth_t now = truth_at((uint64_t)(turn / 400.0 * 150e6 + 0.5));
     const double slope = 0.06 / sqrt(1000.0);
     const double full = 0.06 * 6.0 / sqrt(10.0);
@@ -145,7 +148,7 @@ static void test_a_current_of_saturation_below_an_ampere_is_refused(void)
  * - 1), s^2 = 1 + (L_d i_d^2 + L_q i_q^2)/K. */
 #define ALONG  0.02
 #define ACROSS 0.04
-#define STIFF  2.0 /* K [J], of two thirds of three phases */
+#define STIFF  2.0 /* K [J], as two thirds of the energy of three phases */
 #define MAGNET 0.183
 
 static double together(double i_d, double i_q)
@@ -158,8 +161,8 @@ static double own_law(double inductance, double i)
     return inductance * i / sqrt(1.0 + i * i / 64.0);
 }
 
-/* Number of a map from -15 to 15 A in steps of `step`; of the law above, or of BENT with I_s of 8 A in both
- * axes. */
+/* The number of a flux map from -15 to 15 A in steps of `step`. It is made from the coupled law of this
+ * file, or from the law of BENT with an I_s of 8 A in both axes. */
 static uint32_t map_of(double step, bool coupled)
 {
     static double i[MOST], flux_d[MOST * MOST], flux_q[MOST * MOST];
@@ -188,7 +191,7 @@ static plant_params_t with_map(const char *rows, uint32_t number)
     return q;
 }
 
-/* The interpolation is of third order: with half of the step an eighth of the difference is left, or less. */
+/* The interpolation is of third order: half the step leaves an eighth of the difference or less. */
 static void test_a_map_of_a_law_is_that_law(void)
 {
     const plant_params_t law = plant_of(BENT ", saturation_d = 8, saturation_q = 8");
@@ -204,8 +207,8 @@ static void test_a_map_of_a_law_is_that_law(void)
     }
 }
 
-/* Without resistance and motion the flux is the integral of the voltage, also along the line of two wires
- * when the third is broken, whatever the rotor's angle; and nothing but the field takes the energy. */
+/* Without resistance and motion the flux is the integral of the voltage. This must hold at any angle of
+ * the rotor, also along the line of two wires when the third is broken; and only the field takes energy. */
 static void test_a_map_of_axes_that_act_on_each_other_makes_the_flux_of_the_voltage(void)
 {
     for (int n = 0; n < 6; n++) {
@@ -228,8 +231,8 @@ static void test_a_map_of_axes_that_act_on_each_other_makes_the_flux_of_the_volt
             const double flux_q = ACROSS * now.i_q / s;
             const double alpha = flux_d * c - flux_q * d;
             const double beta = flux_d * d + flux_q * c;
-            const double line =
-                sqrt(0.75); /* along which a and b carry opposite currents: (cos -30 deg, sin -30 deg) */
+            /* The direction (cos -30 deg, sin -30 deg), in which a and b carry opposite currents. */
+            const double line = sqrt(0.75);
             const double more_alpha = now.flux_alpha - begin.flux_alpha;
             const double more_beta = now.flux_beta - begin.flux_beta;
             if (n % 2 == 0) {
@@ -259,11 +262,12 @@ static void test_a_flux_linkage_that_is_not_that_of_the_map_is_refused(void)
     TEST_ASSERT_EQUAL_STRING("flux_map", why.field);
 }
 
-#define IRON  150.0 /* [ohm] */
+#define IRON  150.0 /* [ohm] resistance of the iron R_c */
 #define LOSSY BENT ", iron_loss_resistance = 150, " NO_DROPS ", shaft_locked = 1, shaft_locked_speed = 100"
 
-/* Terminals open, then short-circuited, at 400 rad/s: u = R i + j omega psi with i = o + j omega psi/R_c,
- * solved on paper for o, the current that makes the flux; the power of the shaft is the loss of R and R_c. */
+/* The terminals are open and then short-circuited, at 400 rad/s. The expected values solve u = R i + j
+ * omega psi with i = o + j omega psi/R_c by hand for o, the current that makes the flux. The power of the
+ * shaft is the loss in R and R_c. */
 static void test_the_iron_brakes_and_takes_its_current(void)
 {
     const double omega = 400.0;

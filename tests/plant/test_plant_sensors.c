@@ -1,4 +1,4 @@
-/* The values that the drive measures: volts, noise, lag, counts; and the random numbers of the noise. */
+/* The values that the drive measures: voltages, noise, lag, counts; and the random numbers of the noise. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,7 +15,7 @@ static plant_params_t quiet(void)
     return plant_of("current_noise = 0, shaft_locked = 1, dc_voltage = 30");
 }
 
-/* Some 19.5 A in phase a, half of it back in b and c. */
+/* Drives about 19.5 A into phase a; half of it returns through each of b and c. */
 static void charge(const plant_params_t *q)
 {
     plant_init(&plant, q, 42);
@@ -46,7 +46,7 @@ static void test_current_pins_read_offset_gain_and_range(void)
 static void test_pins_stop_at_their_rails(void)
 {
     plant_params_t q = quiet();
-    q.current_range = 9.0; /* a is above, b below */
+    q.current_range = 9.0; /* the current of a is beyond this range, that of b within it */
     charge(&q);
     TEST_ASSERT_EQUAL_DOUBLE(3.0, plant_analog(&plant, PLANT_CURRENT_A));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, plant_analog(&plant, PLANT_CURRENT_B));
@@ -83,8 +83,8 @@ static void test_noise_has_its_mean_deviation_and_independence(void)
         lag += a * last;
         last = a;
     }
-    /* Five standard deviations: of a mean 1/sqrt(N), of a mean square sqrt(2/N), of a product 1/sqrt(N), of a
-     * fourth power sqrt(96/N). Kurtosis 3 - 0.041 as in noise.h. */
+    /* Five standard deviations: of a mean 1/sqrt(N), of a mean square sqrt(2/N), of a product 1/sqrt(N),
+     * of a fourth power sqrt(96/N). The kurtosis is 3 - 0.041 as noise.h states. */
     double five = 5.0 / sqrt(N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_a / N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_b / N);
@@ -99,8 +99,8 @@ static void test_noise_has_its_mean_deviation_and_independence(void)
 
 static void test_generator_gives_the_published_numbers(void)
 {
-    /* splitmix64 from seed 1234567, as published with the reference implementation's translations (Rosetta
-     * Code). */
+    /* splitmix64 from seed 1234567, as published with translations of the reference implementation
+     * (Rosetta Code). */
     static const uint64_t published[5] = {UINT64_C(6457827717110365317), UINT64_C(3203168211198807973),
                                           UINT64_C(9817491932198370423), UINT64_C(4593380528125082431),
                                           UINT64_C(16408922859458223821)};
@@ -181,7 +181,8 @@ static void test_phasor_agrees_with_the_library_over_the_whole_range(void)
         double c, s;
         double x = n * 0.0031;
         phasor_at(x, &c, &s);
-        /* Half an ulp of one each for polynomial and library, and 1e-16 |x| from the argument. */
+        /* Half an ulp of 1.0 each for the polynomial and for the library, and 1e-16 |x| from the rounding
+         * of the argument. */
         TEST_ASSERT_DOUBLE_WITHIN(4e-16 + 1e-16 * fabs(x), cos(x), c);
         TEST_ASSERT_DOUBLE_WITHIN(4e-16 + 1e-16 * fabs(x), sin(x), s);
     }

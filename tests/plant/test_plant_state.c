@@ -1,4 +1,4 @@
-/* Parameters, copies, repeatability. */
+/* Parameters, copies and repeatability of the plant. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -24,8 +24,8 @@ static void test_every_range_is_enforced_below_at_and_above(void)
 {
     plant_params_t q = plant_params_default();
     TEST_ASSERT_TRUE(plant_params_check(&q, NULL));
-    q.load_kind = PLANT_LOAD_ACTIVE; /* or a negative load breaks the cross-rule */
-    q.dc_capacitance = 1e-3;         /* or a lost supply does; no flux map has been read */
+    q.load_kind = PLANT_LOAD_ACTIVE; /* otherwise a negative load violates a rule between fields */
+    q.dc_capacitance = 1e-3;         /* otherwise a lost supply violates a rule; no flux map has been read */
 #define TRY(name, unit, standard, minimum, maximum, text)                                                    \
     {                                                                                                        \
         double keep = q.name;                                                                                \
@@ -46,9 +46,9 @@ static void test_every_range_is_enforced_below_at_and_above(void)
 #undef TRY
 }
 
-/* Rules between fields: a set that breaks one of them, the named field with its remaining range, and a
- * change that makes the set valid again. The end of an elastic shaft's
- * speed is omega_n^2 = k (1/J + 1/J_load) and c (1/J + 1/J_load), each to 1e5 rad/s. */
+/* For each rule between fields: a set that breaks it, the field that is named with its remaining range,
+ * and a change that makes the set valid again. An elastic shaft is limited by omega_n^2 = k (1/J +
+ * 1/J_load) and by c (1/J + 1/J_load), each of which allows at most 1e5 rad/s. */
 static void test_rules_between_fields_name_one_and_the_range_that_is_left(void)
 {
     static const struct {
@@ -79,7 +79,8 @@ static void test_rules_between_fields_name_one_and_the_range_that_is_left(void)
     }
 }
 
-/* A run with all features: noise, lag, soft link, harmonics, metering, a change of parameters, a trip. */
+/* A run that uses all features: noise, lag, soft link, harmonics, measurement of energy, a change of
+ * parameters, a trip. */
 static double busy(plant_t *p, loop_t *by, int from, int to)
 {
     double sum = 0.0;
@@ -106,7 +107,7 @@ static void test_copied_state_runs_on_identically(void)
     plant_init(&plant, &q, 5);
     plant_set_metering(&plant, true);
     busy(&plant, &loop, 0, 100);
-    /* In the middle of a period, with edges pending. */
+    /* The copy is made in the middle of a period, with edges pending. */
     plant_gates(&plant, plant.tick + 7u, loop.gates ^ (PLANT_UPPER(1) | PLANT_LOWER(1)));
     TEST_ASSERT_TRUE(plant.pending_count > 0);
     plant_advance(&plant, 101u * LOOP_PERIOD);
@@ -121,7 +122,8 @@ static void test_copied_state_runs_on_identically(void)
 
 static void test_the_times_of_reading_do_not_matter(void)
 {
-    /* The same edges, once in whole periods and once in steps of an odd number of ticks. */
+    /* The edges are the same; time advances once in whole periods and once in steps of an odd number of
+     * ticks. */
     plant_params_t q = plant_of("current_noise = 0, inertia = 0.003");
     static oracle_edge_t edges[12 * 100];
     size_t count = 0;
@@ -145,8 +147,8 @@ static void test_the_times_of_reading_do_not_matter(void)
     }
     plant_advance(&copy, 100u * LOOP_PERIOD);
     for (int leg = 0; leg < 3; leg++) {
-        /* Second order of the shaft, fourth of the currents, borders of the zone to 5 ns: a tenth of a
-         * milliampere. */
+        /* The shaft is of second order, the currents are of fourth order, and the borders of the zone are
+         * found within 5 ns: together a tenth of a milliampere. */
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, plant.i[leg], copy.i[leg]);
     }
     TEST_ASSERT_TRUE(fabs(plant.i[0]) + fabs(plant.i[1]) > 1.0);

@@ -1,4 +1,5 @@
-/* A shaft that sticks: break-away, rest and brake against algebra. Events lie on ticks of 1/150 MHz. */
+/* A shaft with static friction: break-away, rest and brake compared with algebra. Events occur at ticks of
+ * 1/150 MHz. */
 #include <math.h>
 #include <string.h>
 
@@ -30,17 +31,18 @@ static void test_decelerating_rotor_rests_at_the_tick_of_algebra(void)
     for (int way = -1; way <= 1; way += 2) {
         for (int n = 0; n < 2; n++) {
             plant_params_t q = sticking(2.0);
-            q.load_torque = n == 0 ? 0.0 : 5.0; /* passive: slows like friction */
+            q.load_torque = n == 0 ? 0.0 : 5.0; /* the load is passive and decelerates like friction */
             const double torque = COULOMB + q.load_torque;
             const double seconds = INERTIA * 20.0 / torque;
             const uint64_t tick = (uint64_t)(seconds / TICK);
             plant_init(&plant, &q, 1);
             plant_set_motion(&plant, 0.3, way * 20.0);
-            /* One tick of deceleration is what is left at most before, and nothing after. */
+            /* One tick earlier the speed is at most the deceleration of a tick; at the tick it is zero. */
             const double left = way * truth_at(tick - 1u).omega_m;
             TEST_ASSERT_TRUE(left > 0.5 * torque / INERTIA * TICK && left < 2.5 * torque / INERTIA * TICK);
             TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(tick + 2u).omega_m);
-            /* The same without a reading in between: theta = J w^2/(2 T), at rest without end. */
+            /* The same motion without a reading in between: theta = J w^2/(2 T), after which the shaft
+             * stays at rest. */
             plant_init(&plant, &q, 1);
             plant_set_motion(&plant, 0.3, way * 20.0);
             const plant_truth_t rest = truth_at(SECOND);
@@ -62,7 +64,7 @@ static void test_active_load_below_break_away_stops_a_rotor_and_one_above_turns_
         const double t = 1.0 - turn;
         const double back = n == 0 ? 0.0 : (5.0 - COULOMB) / INERTIA;
         const plant_truth_t now = truth_at(SECOND);
-        /* Off by a tick at the turn: 2 T_c/J times it in speed, times 0.8 s in angle. */
+        /* The error is a tick at the reversal: 2 T_c/J times a tick in speed, times 0.8 s in angle. */
         TEST_ASSERT_DOUBLE_WITHIN(n == 0 ? 0.0 : 1e-6, -back * t, now.omega_m);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, way - 0.5 * back * t * t, now.theta_m);
     }
@@ -89,21 +91,21 @@ static void test_passive_load_holds_and_never_drives(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(SECOND).omega_m);
     plant_set_motion(&plant, 0.0, -100.0);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(2u * SECOND).omega_m);
-    /* If the load becomes active, it drives: the shaft breaks loose at once. */
+    /* If the load becomes active, it drives the shaft, which breaks loose at once. */
     q.load_kind = PLANT_LOAD_ACTIVE;
     plant_set_params(&plant, &q);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, -(50.0 - COULOMB) / INERTIA * 0.1,
                               truth_at(2u * SECOND + SECOND / 10u).omega_m);
 }
 
-/* A voltage in the q axis of a standing rotor: i = U/R (1 - exp(-t R/L)), T = 1.5 p psi i. */
+/* A voltage is applied to the q axis of a rotor at rest: i = U/R (1 - exp(-t R/L)), T = 1.5 p psi i. */
 static void test_rising_torque_breaks_the_shaft_loose_at_the_tick_of_algebra(void)
 {
     for (int n = 0; n < 2; n++) {
         plant_params_t q = plant_with(
             sticking(6.0), "turn_on_delay = 0, turn_off_delay = 0, " NO_DROPS
                            ", current_zone = 0, short_circuit_current = 0, fault_pulse = 0, dc_voltage = 30");
-        q.inertia = 10.0; /* or its EMF would change the current */
+        q.inertia = 10.0; /* so that the EMF does not change the current */
         q.load_torque = n == 0 ? 0.0 : 3.0;
         const double hold = 6.0 + q.load_torque;
         const double most = 1.5 * 4.0 * q.flux_linkage * 20.0 / q.resistance;
@@ -122,8 +124,9 @@ static void test_rising_torque_breaks_the_shaft_loose_at_the_tick_of_algebra(voi
         now = truth_at(tick + 10u);
         TEST_ASSERT_TRUE(now.omega_m > 0.0);
         TEST_ASSERT_DOUBLE_WITHIN(1e-12, hold - 6.0 + COULOMB, now.load_torque);
-        /* 10 ms later, in one go: J w = integral of T - T_c. A straight line instead of the exponential
-         * within 100 us is 3e-5 of the torque's rise off; a break found 100 us late would be 0.6 %. */
+        /* One call advances by 10 ms: J w = integral of T - T_c. A straight line instead of the
+         * exponential within 100 us is wrong by 3e-5 of the torque's rise; a break-away found 100 us late
+         * would be wrong by 0.6 %. */
         memcpy(&plant, &copy, sizeof copy);
         const double end = loose + 0.01;
         const double impulse =
@@ -147,7 +150,7 @@ static void test_brake_stops_the_rig_holds_it_and_lets_go(void)
         plant_truth_t now = truth_at(tick + 2u);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, now.omega_m);
         TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5 * 150.0 * seconds, now.theta_m);
-        /* Held up to the brake and the friction at standstill together. */
+        /* Brake and friction together hold the load up to the sum of their static torques. */
         q.load_kind = PLANT_LOAD_ACTIVE;
         q.load_torque = 60.0 + (sticks ? 2.0 : COULOMB);
         plant_set_params(&plant, &q);
@@ -158,13 +161,14 @@ static void test_brake_stops_the_rig_holds_it_and_lets_go(void)
         q.load_torque += 0.01;
         plant_set_params(&plant, &q);
         TEST_ASSERT_TRUE(truth_at(6u * SECOND).omega_m < 0.0);
-        /* Released, the load accelerates against friction alone. */
+        /* After the release the load accelerates against friction alone. */
         q.load_torque = 10.0;
         plant_set_params(&plant, &q);
         plant_set_motion(&plant, 0.0, 0.0);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(7u * SECOND).omega_m);
         plant_set_brake(&plant, 0.0);
-        /* Smooth friction lets the first 0.2 rad/s pass with some 5/8 of it: 1.4 ms of T_c/J, times 3/8. */
+        /* With smooth friction the mean friction over the first 0.2 rad/s is about 5/8 of T_c: a gain of
+         * 3/8 of T_c/J during 1.4 ms. */
         TEST_ASSERT_DOUBLE_WITHIN(sticks ? 1e-9 : 2e-2, -(10.0 - COULOMB) / INERTIA,
                                   truth_at(8u * SECOND).omega_m);
     }
@@ -175,14 +179,14 @@ static void test_brake_has_no_effect_on_a_locked_shaft(void)
     plant_params_t q = begin(plant_with(sticking(2.0), "shaft_locked = 1, shaft_locked_speed = 30"));
     plant_set_brake(&plant, 60.0);
     TEST_ASSERT_EQUAL_DOUBLE(30.0, truth_at(SECOND).omega_m);
-    /* After its release it is an ordinary braked shaft. */
+    /* After its release the shaft behaves like any braked shaft. */
     q.shaft_locked = 0.0;
     plant_set_params(&plant, &q);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 30.0 - (60.0 + COULOMB) / INERTIA * 0.01,
                               truth_at(SECOND + SECOND / 100u).omega_m);
 }
 
-/* ---- as a state ---- */
+/* ---- saved and restored states ---- */
 
 static void test_the_times_of_reading_move_no_event(void)
 {

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""How fast the package runs a scenario, beside the program: simulated over wall-clock seconds of the ring itself, best of some
-runs in turns, both with the scenario's recording.
+"""Compares the speed of the package with that of the program for one scenario. The speed is the simulated time divided by the wall-clock
+time of the simulation alone.
+The best of several alternating runs counts; both make the recording of the scenario.
 
 usage: PYTHONPATH=host_sim/python LAGLESS_LIBRARY=.../liblagless.so speed.py LAGLESS [SCENARIO [REPEATS]]
 """

@@ -1,4 +1,4 @@
-"""A campaign on a local dask cluster of two workers is that of one process; and still, when a worker is killed under way.
+"""A campaign on a local dask cluster of two workers gives the result of one process, even if a worker is killed during it.
 
 usage: test_dask.py     PYTHONPATH and LAGLESS_LIBRARY select the package; ends with 77, skipped, without distributed."""
 import importlib.util

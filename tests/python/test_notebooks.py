@@ -1,4 +1,4 @@
-"""The notebooks are executed from top to bottom, by Jupyter's own kernel; what they assert holds, and pictures come out.
+"""The notebooks are executed from top to bottom, by Jupyter's own kernel; their assertions hold, and they produce pictures.
 
 usage: test_notebooks.py NOTEBOOK...     PYTHONPATH and LAGLESS_LIBRARY select the package; ends with 77, skipped, without nbclient,
 ipykernel or matplotlib."""
@@ -26,7 +26,7 @@ class Notebooks(unittest.TestCase):
             with self.subTest(notebook=path), tempfile.TemporaryDirectory() as folder:
                 os.environ.update(JUPYTER_RUNTIME_DIR=folder, IPYTHONDIR=folder, MPLCONFIGDIR=folder)
                 notebook = nbformat.read(path, as_version=4)
-                self.assertTrue(all(not cell.get("outputs") for cell in notebook.cells), "kept with outputs, which would grow stale")
+                self.assertTrue(all(not cell.get("outputs") for cell in notebook.cells), "stored with outputs, which would become outdated")
                 client = nbclient.NotebookClient(notebook, timeout=120, kernel_name=NATIVE_KERNEL_NAME,
                                                  resources={"metadata": {"path": folder}})
                 client.execute()

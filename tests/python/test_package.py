@@ -1,7 +1,7 @@
-"""The package against the program `lagless`, against plain algebra, and with itself: rig, scenarios, plant, names, examples.
+"""Compares the package with the program `lagless`, with plain algebra, and with itself: simulation, scenarios, plant, names, examples.
 
-usage: test_package.py LAGLESS FOLDER [unittest's]     PYTHONPATH and LAGLESS_LIBRARY select the package; ends with 77, skipped,
-without numpy. pandas and matplotlib are needed only where they are tested."""
+usage: test_package.py LAGLESS FOLDER [unittest's]     PYTHONPATH and LAGLESS_LIBRARY select the package; ends with 77, skipped, without
+numpy. pandas and matplotlib are needed only where they are tested."""
 import contextlib
 import importlib.util
 import io
@@ -107,7 +107,7 @@ class TheBench(unittest.TestCase):
         return lagless.bench(estimator, only=self.CASE).errors[self.CASE]
 
     def test_the_paper_s_observer_lags_as_in_its_theory(self):
-        # docs/paper.md, erratum 2: -54 mrad at 1500 r/min, with the printed compensation +32, with erratum 1 +31.
+        # docs/paper.md, erratum 2: -54 mrad at 1500 r/min; +32 mrad with the printed compensation, +31 mrad with erratum 1 corrected.
         paper_observer = importlib.import_module("paper_observer")
         self.assertAlmostEqual(self.error(paper_observer.Uncompensated).mean, 54 * 1490 / 1500, delta=0.5)
         self.assertAlmostEqual(self.error(paper_observer.PaperObserver).mean, 31 * 1490 / 1500, delta=0.5)
@@ -121,9 +121,9 @@ class TheBench(unittest.TestCase):
 
         found = lagless.bench(estimator, only="313 r/min, 5 A, R -50 %")
         initial = lagless.row("motor_resistance").initial
-        self.assertEqual([motor.resistance for motor in motors.values()], [0.5 * initial] * 2)  # one for each direction
+        self.assertEqual([motor.resistance for motor in motors.values()], [0.5 * initial] * 2)  # one motor for each direction
         self.assertEqual(motors[0].flux_linkage, lagless.row("motor_flux_linkage").initial)
-        # An angle that stays at zero beside one that turns: uniformly distributed errors.
+        # The estimated angle stays at zero while the true one turns, so that the errors are uniformly distributed.
         self.assertAlmostEqual(found.errors["313 r/min, 5 A, R -50 %"].sd, 1e3 * math.pi / math.sqrt(3), delta=20)
 
     def test_a_shared_object_gives_what_the_same_lines_give_in_python(self):
@@ -477,7 +477,7 @@ class ThePlant(unittest.TestCase):
             with lagless.Plant(switched=switched, dead_time=0, shaft_locked=1, **self.IDEAL) as plant:
                 for _ in range(3000):  # 23 time constants of L/R
                     now = plant.step([0.52, 0.5, 0.48])
-                # phase to star point: (d - mean of d) 311 V; 1/150 MHz of 1e-4 s is 7e-5 of a duty
+                # The voltage from a phase to the star point is (d - mean of d) 311 V; the rounding of a duty is 1/150 MHz of 1e-4 s, 7e-5.
                 for current, duty in ((now.i_a, 0.02), (now.i_b, 0.0), (now.i_c, -0.02)):
                     self.assertAlmostEqual(current, duty * 311 / 0.95, delta=0.03)
 
@@ -510,7 +510,8 @@ class Examples(unittest.TestCase):
 
         t, i_q, references = (np.array(column) for column in current_control.run())
         begin = int(np.argmax(references > 0))
-        # 1 - exp(-1000 t) and a period and a half of delay: 63 % after 1.15 ms, two periods of grace; 99 % after 5
+        # The step response is 1 - exp(-1000 t) after a delay of one and a half periods: 63 % after 1.15 ms, 99 % after 5 ms. Two periods
+        # are the tolerance.
         rise = t[begin + np.argmax(i_q[begin:] > 0.632 * 5)] - t[begin]
         self.assertTrue(0.7e-3 < rise < 1.4e-3, rise)
         self.assertLess(abs(i_q[t > t[begin] + 8e-3] - 5).max(), 0.15)
@@ -522,7 +523,8 @@ class Examples(unittest.TestCase):
         result, error = estimator.run()
         end = error[result.t >= 3.0]
         self.assertTrue(result.fault is None and result.state == "operation_enabled")
-        # L i/psi_f = 0.3 rad were it left out, R i T_s of a volt in 77: the estimate has neither, and dead time is the drive's
+        # Without the term L i/psi_f the error would be 0.3 rad, and without R i T_s one volt of 77; the estimate has both terms, and the
+        # drive compensates the dead time.
         self.assertLess(abs(end.mean()), 3e-3)
         self.assertLess(end.std(), 3e-3)
 

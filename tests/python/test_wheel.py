@@ -1,9 +1,8 @@
-"""`tools/release` makes the source archive, and from it one wheel for every Python of the platform; the wheel
-runs in an empty virtual
-environment where no compiler is to be found, with the bits of the program `lagless`. All have the same version.
+"""`tools/release` makes the source archive, and from it one wheel for every Python of the platform. The wheel runs in an empty virtual
+environment without a compiler and gives the bits of the program `lagless`. All have the same version.
 
 usage: test_wheel.py LAGLESS FOLDER [LIBRARY]     run by a Python that has scikit-build-core and auditwheel. Ends with 77, skipped,
-without them. With LIBRARY, the one of this build, the wheel packs that and compiles nothing."""
+without them. With LIBRARY, the library of this build, the wheel contains that and compiles nothing."""
 import importlib.util
 import json
 import os
@@ -45,9 +44,8 @@ class Wheel(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         begin = time.monotonic()
-        # Not optimised, and without debug information, which is stripped anyway: the bits are the same, and the
-        # optimised library is
-        # python_package's.
+        # The build is not optimised, which does not change the bits, and has no debug information, which the wheel would not contain
+        # anyway. The test python_package uses the optimised library.
         plain = [f"--setting=cmake.define.CMAKE_{language}_FLAGS_DEBUG=-O0" for language in ("C", "CXX")]
         made = subprocess.run([sys.executable, "-B", str(ROOT / "tools/release"), "--out", str(FOLDER), "--setting=cmake.build-type=Debug",
                                *(["--library", LIBRARY] if LIBRARY else plain)], capture_output=True, text=True, check=False)
@@ -64,7 +62,7 @@ class Wheel(unittest.TestCase):
         self.assertRegex(self.wheel.name, r"^lagless-[\d.]+-py3-none-manylinux_2_\d+_\w+\.whl$")
 
     def test_one_version_everywhere(self):
-        """The version of the project is in CMakeLists.txt. All other places take it from there, except the citation and the page that shows
+        """CMakeLists.txt defines the version of the project. All other places read it there, except the citation and the page that shows
         it."""
         project = re.search(r"^project\(lagless VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), re.MULTILINE)[1]
         with tarfile.open(self.source) as archive:
@@ -109,7 +107,7 @@ class Wheel(unittest.TestCase):
     def test_its_library_needs_libc_alone_and_shows_the_binding_alone(self):
         library = FOLDER / "lib.so"
         library.write_bytes(zipfile.ZipFile(self.wheel).read("lagless/liblagless.so"))
-        for each in (library, pathlib.Path(os.environ["LAGLESS_LIBRARY"])):  # the wheel's, and the optimised one of this build
+        for each in (library, pathlib.Path(os.environ["LAGLESS_LIBRARY"])):  # the library of the wheel, and the optimised one of this build
             text = subprocess.run(["readelf", "--wide", "--dynamic", "--dyn-syms", str(each)], capture_output=True, text=True,
                                   check=True).stdout
             needed = set(re.findall(r"\(NEEDED\).*\[(.*)\]", text))

@@ -19,22 +19,22 @@ from recordings import expect, plain_nan, read_csv, words_of
 SKIPPED = 77
 XML = "{http://www.asam.net/mdf/v4}"
 KINDS = {0: "uint32", 2: "int32", 4: "single"}
-# Octets of a block's data behind its links, by the standard; those of CC grow with its values.
+# Octets of a block's data after its links, by the standard; those of CC depend on the number of its values.
 DATA = {"HD": 32, "FH": 16, "DG": 8, "CG": 32, "CN": 72}
 
 
 class Own:
-    """The blocks of the standard, read by their offsets."""
+    """Reads the blocks of the standard by their offsets."""
 
     def __init__(self, octets):
         self.octets = octets
-        self.seen = {}  # address -> end
+        self.seen = {}  # address of a block -> its end
         expect(octets[:24] == b"MDF     4.10    lagless\0", f"identification {octets[:24]}")
         expect(struct.unpack_from("<H", octets, 28)[0] == 410, "version")
         expect(octets[24:28] + octets[30:64] == bytes(38), "identification: what is reserved is not 0")
 
     def block(self, at, name):
-        """Links and data."""
+        """The links and the data of a block."""
         expect(at % 8 == 0 and self.octets[at:at + 8] == b"##" + name.encode() + bytes(4), f"no {name} block at {at}")
         length, links = struct.unpack_from("<QQ", self.octets, at + 8)
         expect(at + length <= len(self.octets), f"{name} at {at} reaches beyond the file")
@@ -50,7 +50,7 @@ class Own:
         return text.decode("utf-8")
 
     def names(self, at):
-        """Of values 0, 1, ... in a conversion from value to text."""
+        """The texts of the values 0, 1, ... in a conversion from value to text."""
         links, data = self.block(at, "CC")
         kind, _, flags, references, values = struct.unpack_from("<BBHHH", data)
         expect((kind, flags) == (7, 0) and references == values + 1 == len(links) - 4 and links[-1] == 0, "conversion")
@@ -118,7 +118,7 @@ def read_asammdf(path):
         columns[channel.name] = {"unit": raw.unit, "text": raw.comment, "names": names, "kind": kind,
                                  "words": raw.samples.copy().view(word).tolist()}
         expect(channel.channel_type == 2 or (raw.timestamps.view("<u8") == file.get_master(0).view("<u8")).all(), "time")
-    comment = file.header.comment.replace("<HDcomment>", f'<HDcomment xmlns="{XML[1:-1]}">')  # asammdf takes it off
+    comment = file.header.comment.replace("<HDcomment>", f'<HDcomment xmlns="{XML[1:-1]}">')  # asammdf removes the namespace
     file.close()
     return columns, comment
 
@@ -132,7 +132,7 @@ def notes_of(path):
 
 
 def check(path, read):
-    """Returns how many values were compared."""
+    """Compares a file with its CSV; returns how many values were compared."""
     keys, text, columns = read_csv(path)
     found, comment = read(path.with_suffix(".mf4"))
     expect(list(found) == list(columns), f"{path.name}: channels {list(found)}")
@@ -156,7 +156,7 @@ def check(path, read):
         expect(said[key] == keys[key], f"{path.name}: {key} is {said[key]}")
     expect(said["period"] + " s" == keys["period"], f"{path.name}: period is {said['period']}")
     lines = [line.replace("\\", "\\\\") for line in said["text"].splitlines()]
-    # asammdf keeps neither the indentation of a property's text nor its unit
+    # asammdf keeps neither the indentation of a property's text nor its unit.
     same = lines == text if read is read_own else [line.strip() for line in lines] == [line.strip() for line in text]
     expect(same, f"{path.name}: text of the scenario")
     settings = {entry.get("name"): f"{entry.text} {entry.get('unit', '')}".strip() for entry in trees["settings"]}
@@ -173,7 +173,7 @@ def own(folder):
 
 
 def shipped(lagless, folder):
-    """Each scenario with what it records; then one with as many signals as fit."""
+    """Records each scenario with the signals that it selects, and one scenario with as many signals as fit."""
     try:
         import asammdf  # noqa: F401
     except ImportError:

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Checks that another program measures in a VCD file of lagless the times of the compare registers.
+"""Checks that another program measures the times of the compare registers in a VCD file of lagless.
 
 usage: check_vcd.py FOLDER
 
-`sigrok-cli -P pwm` measures duty and period of every wire of FOLDER/duty.vcd; expected are the registers in duty.json.
-Centre-aligned: a leg's upper switch is commanded on for 2 CMPA less the dead band, its lower one for the rest less the
-dead band [1/150 MHz]. Python 3.9. Ends with 77 (skipped) where sigrok-cli or its pwm decoder is missing."""
+`sigrok-cli -P pwm` measures duty and period of every wire of FOLDER/duty.vcd. The expected values follow from the registers in
+duty.json: for centre-aligned pulses the upper switch of a leg is commanded on for 2 CMPA less the dead band, its lower switch for the
+rest of the period less the dead band [1/150 MHz]. Python 3.9. Ends with 77 (skipped) where sigrok-cli or its pwm decoder is missing."""
 import json
 import pathlib
 import re
@@ -27,13 +27,13 @@ def sigrok(*arguments):
 
 
 def channels(vcd):
-    """Wire -> what sigrok calls it, with or without its scope."""
+    """For each wire the name that sigrok gives it, with or without its scope."""
     names = re.findall(r"^- (\S+): logic$", sigrok("-i", str(vcd), "-I", "vcd", "--show").stdout, re.MULTILINE)
     return {name.split(".")[-1]: name for name in names}
 
 
 def measure(vcd, wire):
-    """(start [ns], period [ns], high [ns]) of each whole cycle, as the decoder has it."""
+    """(start [ns], period [ns], high [ns]) of each whole cycle that the decoder reports."""
     run = sigrok("-i", str(vcd), "-I", "vcd", "-P", f"pwm:data={wire}", "-A", "pwm=duty-cycle",
                  "--protocol-decoder-samplenum")
     cycles = []
@@ -67,7 +67,7 @@ def main():
         sys.exit(f"FAILED: sigrok-cli finds the wires {sorted(names)}")
     worst = 0.0
     for wire, ticks in expected.items():
-        # The last cycles end in the trip.
+        # The trip interrupts the last cycles.
         cycles = measure(folder / "duty.vcd", names[wire])[:-2]
         if len(cycles) < registers["periods"] - 4:
             sys.exit(f"FAILED: {wire}: {len(cycles)} cycles of {registers['periods']}")

@@ -1,10 +1,10 @@
-/* Writes recordings for third parties to read: `recorder_samples FOLDER`.
+/* Writes recordings for programs of other authors: `recorder_samples FOLDER`.
  *
- *   run.csv, .mat, .mf4         the ring, 0.3 s at 1000 r/min, rows of every kind
- *   thinned.csv, .mat, .mf4     the same, every 7th period, with texts beyond ASCII
- *   extremes.csv, .mat, .mf4    the ends of every kind, floats of all exponents
- *   empty.csv, .mat, .mf4       no sample at all
- *   duty.vcd, duty.json         three legs at constant compare values; what they are */
+ * run.csv, .mat, .mf4       the simulation, 0.3 s at 1000 r/min, with signals of every kind
+ * thinned.csv, .mat, .mf4   the same run, every 7th period, with texts beyond ASCII
+ * extremes.csv, .mat, .mf4  the ends of the range of every kind, floats of all exponents
+ * empty.csv, .mat, .mf4     no sample
+ * duty.vcd, duty.json       three legs at constant compare values, and these values */
 #define _POSIX_C_SOURCE 200809L
 
 #include <stdio.h>
@@ -34,6 +34,7 @@ static recorder_t *open_recorder(const char *name, uint32_t formats, const uint3
     const bool beyond_ascii = every == 7u;
     recorder_error_t error;
     const recorder_options_t options = {
+        /* Theta; omega, which needs more than 16 bits. */
         .folder = folder,
         .name = name,
         .formats = formats,
@@ -42,8 +43,7 @@ static recorder_t *open_recorder(const char *name, uint32_t formats, const uint3
         .every = every,
         .isr_ticks = isr_ticks,
         .meta = {.program = "recorder_samples",
-                 .commit =
-                     beyond_ascii ? "\xce\xb8 \xf0\x9d\x9c\x94" : "none", /* theta; omega, beyond 16 bits */
+                 .commit = beyond_ascii ? "\xce\xb8 \xf0\x9d\x9c\x94" : "none",
                  .scenario = "",
                  .scenario_text = "schema = 1\ntitle = \"sample\"\n",
                  .title = beyond_ascii ? "\xce\xb8 = 30\xc2\xb0" : "sample",
@@ -115,19 +115,19 @@ static void write_empty(void)
 
 /* ---- gates at constant duty ---- */
 
-/* Centre-aligned pulses of three legs as the chip makes them (tests/chip/test_carrier.c), with a dead band,
- * an interrupt and a conversion a period; in the end a trip shuts them all. */
+/* Centre-aligned pulses of three legs as the chip makes them (tests/chip/test_carrier.c), with a dead
+ * band, and an interrupt and a conversion in each period. At the end a trip turns all gates off. */
 static void write_duty(void)
 {
     enum { PERIOD = 15000, DEAD_BAND = 375, ISR_TICKS = 1500, PERIODS = 40 }; /* [ticks of 150 MHz] */
     static const uint32_t compare[3] = {1234, 3750, 6001};
     recorder_t *edges = open_recorder("duty", RECORDER_VCD, NULL, 0, 1, ISR_TICKS);
-    uint32_t last = 0x100u; /* no level of six gates */
+    uint32_t last = 0x100u; /* differs from every level of six gates */
     for (uint32_t tick = 0; tick < PERIODS * PERIOD; tick++) {
         const uint32_t at = tick % PERIOD;
         uint32_t gates = 0u;
         for (uint32_t leg = 0; leg < 3u; leg++) {
-            const uint32_t off = compare[leg], on = PERIOD - compare[leg]; /* of the upper command */
+            const uint32_t off = compare[leg], on = PERIOD - compare[leg]; /* times of the upper command */
             gates |= at < off || at >= on + DEAD_BAND ? 1u << 2u * leg : 0u;
             gates |= at >= off + DEAD_BAND && at < on ? 2u << 2u * leg : 0u;
         }

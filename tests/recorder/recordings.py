@@ -9,7 +9,7 @@ def expect(condition, text):
 
 
 def read_csv(path):
-    """Comments by key, and the columns as {name: (unit, texts)}."""
+    """The comments by their key, and the columns as {name: (unit, texts)}."""
     keys, text, names, columns = {}, [], None, []
     for line in path.read_text(encoding="utf-8").splitlines():
         if line.startswith("# "):
@@ -30,15 +30,15 @@ def read_csv(path):
 
 
 def words_of(cells, kind):
-    """The bit patterns that the texts mean."""
+    """The bit patterns that the texts represent."""
     if kind == "double":
         return [struct.unpack("<Q", struct.pack("<d", float(c)))[0] for c in cells]
     if kind == "single":
-        # A float's NaN has no sign or payload in text.
+        # In text the NaN of a float has no sign and no payload.
         return [struct.unpack("<I", struct.pack("<f", float(c)))[0] for c in cells]
     return [int(c) & 0xFFFFFFFF for c in cells]
 
 
 def plain_nan(words):
-    """The words of floats, every NaN as the one that CSV's text means."""
+    """The words of floats, in which every NaN is the one that the text of CSV represents."""
     return [0x7FC00000 if w & 0x7FFFFFFF > 0x7F800000 else w for w in words]

@@ -18,7 +18,7 @@
 #include "math/float_bits.h"
 #include "unity.h"
 
-#define STATE    2001u /* enumeration */
+#define STATE    2001u /* an enumeration */
 #define I_Q      2016u /* float, A */
 #define ENCODER  2034u /* uint32_t */
 #define U_DC     2024u /* float, V */
@@ -52,7 +52,8 @@ void setUp(void)
     };
 }
 
-/* In the place of the library's: which files were synced when they got their names. */
+/* fsync() and rename() are replaced. They count how many files got their names, and how many of these had
+ * been synced before. */
 static struct stat last_synced;
 static uint32_t named, named_after_sync;
 
@@ -129,7 +130,7 @@ static void expect_part(const char *text, const char *part)
     TEST_ASSERT_TRUE_MESSAGE(strstr(text, part) != NULL, part);
 }
 
-/* The file holds this part. */
+/* The file contains this text. */
 static void expect_in(const char *name, const char *part)
 {
     char *text = content(name);
@@ -158,7 +159,8 @@ static void expect_closed(recorder_t *recorder)
     TEST_ASSERT_TRUE_MESSAGE(recorder_close(recorder, "complete", &error), error.text);
     TEST_ASSERT_EQUAL_STRING("", error.text);
     TEST_ASSERT_TRUE(named > 0u);
-    TEST_ASSERT_EQUAL_UINT32_MESSAGE(named, named_after_sync, "a name without its content on the disk");
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(named, named_after_sync,
+                                     "a file got its name before its content was on the disk");
 }
 
 static void sample(recorder_t *recorder, uint32_t period, float i_q, int32_t state, uint32_t encoder)
@@ -191,11 +193,11 @@ static void test_csv_begins_with_what_it_takes_to_run_it_again(void)
     options.meta.value_count = 2;
     options.meta.scenario_text = "schema = 1\n\t\ntitle = \"a\\tb\"\r\nlast";
     recorder_t *recorder = opened();
-    TEST_ASSERT_FALSE_MESSAGE(exists("run.csv"), "no final name before the end");
+    TEST_ASSERT_FALSE_MESSAGE(exists("run.csv"), "a file has its final name before the end");
     char what[] = "load_torque = 5 N m\nand more";
     TEST_ASSERT_TRUE(recorder_note(recorder, RECORDER_EVENT, "0.5 s", what));
     TEST_ASSERT_TRUE(recorder_note(recorder, RECORDER_VERDICT, "met", "dip: -52 r/min"));
-    what[0] = 'L'; /* it was copied */
+    what[0] = 'L'; /* the recorder has copied the text */
     TEST_ASSERT_TRUE(recorder_close(recorder, "interrupted", &error));
     char *text = content("run.csv");
     char expected[1024];
@@ -237,7 +239,7 @@ static void test_no_text_can_leave_its_comment(void)
 
 static void test_a_name_of_two_tables_is_qualified(void)
 {
-    /* Find a row that shares its name, so that the test does not depend on which one does. */
+    /* Finds a row whose name occurs in two tables, so that the test does not depend on a certain row. */
     uint32_t ids[1] = {0};
     const table_t *owner = NULL;
     for (uint32_t t = 0; t < rig_table_count() && owner == NULL; t++) {
@@ -310,7 +312,7 @@ static void test_same_samples_same_bytes(void)
 
 static void test_chunks_join_without_a_seam(void)
 {
-    /* 4 words a sample: 65536 samples fill a chunk of 1 MiB. */
+    /* A sample has 4 words, so that 65536 samples fill a chunk of 1 MiB. */
     recorder_t *recorder = opened();
     for (uint32_t k = 0; k < 200000; k++) {
         sample(recorder, k, (float)k, 0, k);
@@ -366,7 +368,7 @@ static void test_the_rigs_tap_feeds_it(void)
 
 /* ---- MDF ---- */
 
-/* The number of `octets` octets, the lowest first, at this place of the file. */
+/* The number that is stored in `octets` octets, the lowest first, at this place of the file. */
 static uint64_t number_at(const char *file, uint64_t at, uint32_t octets)
 {
     uint64_t value = 0;
@@ -376,7 +378,7 @@ static uint64_t number_at(const char *file, uint64_t at, uint32_t octets)
     return value;
 }
 
-/* Address of the block that link n of a block leads to: it has this name. */
+/* The address of the block to which link n of a block leads; that block must have this name. */
 static uint64_t followed(const char *file, uint64_t block, uint32_t n, const char *name)
 {
     const uint64_t at = number_at(file, block + 24u + 8u * n, 8);
@@ -384,7 +386,7 @@ static uint64_t followed(const char *file, uint64_t block, uint32_t n, const cha
     return at;
 }
 
-/* Blocks, channels and samples: tests/recorder/check_mdf.py. */
+/* tests/recorder/check_mdf.py checks the blocks, channels and samples. */
 static void test_no_text_can_leave_the_comment_of_mdf(void)
 {
     options.formats = RECORDER_MDF;
@@ -400,7 +402,7 @@ static void test_no_text_can_leave_the_comment_of_mdf(void)
 
 /* ---- VCD ---- */
 
-/* Ticks are 20/3 ns: 1 -> 7, 2 -> 13, 3 -> 20. */
+/* A tick is 20/3 ns: 1 is rounded to 7 ns, 2 to 13 ns, 3 to 20 ns. */
 static void test_vcd_shows_edges_in_nanoseconds(void)
 {
     options.formats = RECORDER_VCD;
@@ -410,13 +412,14 @@ static void test_vcd_shows_edges_in_nanoseconds(void)
     recorder_edge(recorder, 0, RIG_EDGE_TRIP, 7);
     recorder_edge(recorder, 0, RIG_EDGE_GATES, 0);
     recorder_edge(recorder, 1, RIG_EDGE_TRIP, 0);
-    recorder_edge(recorder, 2, RIG_EDGE_GATES, 0x01); /* upper_a */
-    recorder_edge(recorder, 3, RIG_EDGE_GATES, 0x2A); /* the three lower */
-    recorder_edge(recorder, 3, RIG_EDGE_GATES, 0x20); /* within one tick: the outcome only, lower_c */
+    recorder_edge(recorder, 2, RIG_EDGE_GATES, 0x01); /* upper switch of a */
+    recorder_edge(recorder, 3, RIG_EDGE_GATES, 0x2A); /* the three lower switches */
+    /* Within one tick only the last level is shown: lower switch of c. */
+    recorder_edge(recorder, 3, RIG_EDGE_GATES, 0x20);
     recorder_edge(recorder, 300, RIG_EDGE_ADC_START, 0);
     recorder_edge(recorder, 310, RIG_EDGE_ISR_ENTER, 32);
     recorder_edge(recorder, 310, RIG_EDGE_ISR_EXIT, 32);
-    recorder_edge(recorder, 600, RIG_EDGE_GATES, 0x20); /* nothing new */
+    recorder_edge(recorder, 600, RIG_EDGE_GATES, 0x20); /* no change */
     recorder_edge(recorder, 900, RIG_EDGE_TRIP, 1);
     expect_closed(recorder);
     char *text = content("run.vcd");
@@ -430,18 +433,18 @@ static void test_vcd_shows_edges_in_nanoseconds(void)
                              "$upscope $end\n$enddefinitions $end\n"
                              "#0\n$dumpvars\n0!\n0\"\n0#\n0$\n0%\n0&\n0'\n0(\n1)\n$end\n"
                              "#7\n0)\n"      /* tick 1 */
-                             "#13\n1!\n"     /* 2 */
-                             "#20\n0!\n1&\n" /* 3 */
-                             "#2000\n1(\n"   /* 300 */
-                             "#2067\n1'\n"   /* 310 */
-                             "#2200\n0(\n"   /* 330 = 300 + RECORDER_ADC_TICKS */
-                             "#4067\n0'\n"   /* 610 */
-                             "#6000\n1)\n",  /* 900 */
+                             "#13\n1!\n"     /* tick 2 */
+                             "#20\n0!\n1&\n" /* tick 3 */
+                             "#2000\n1(\n"   /* tick 300 */
+                             "#2067\n1'\n"   /* tick 310 */
+                             "#2200\n0(\n"   /* tick 330 = 300 + RECORDER_ADC_TICKS */
+                             "#4067\n0'\n"   /* tick 610 */
+                             "#6000\n1)\n",  /* tick 900 */
                              definitions);
     free(text);
 }
 
-/* Courses of edges, and the edges that are shown. */
+/* Sequences of edges, and the edges that the file shows. */
 static const struct {
     const char *name;
     uint32_t isr_ticks;
@@ -451,14 +454,15 @@ static const struct {
         uint32_t value;
     } edges[12];
     const char *shown;
-    bool ends; /* with it the file */
+    bool ends; /* the file ends with this edge */
 } courses[] = {
-    {"gates are unknown until told",
+    {"gates are unknown until the first edge",
      1000,
      {{15000, RIG_EDGE_GATES, 0}},
      "#0\n$dumpvars\nx!\nx\"\nx#\nx$\nx%\nx&\n0'\n0(\n0)\n$end\n#100000\n0!\n0\"\n0#\n0$\n0%\n0&\n",
      false},
-    /* 600 ticks that wait inside; two in succession, 60 ticks together; the second of two waits */
+    /* The interrupt waits for 600 ticks inside; two interrupts in succession last 60 ticks together; the
+     * second of two interrupts waits. */
     {"an interrupt lasts until its exit",
      30,
      {{300, RIG_EDGE_ISR_ENTER, 32},
@@ -482,7 +486,7 @@ static const struct {
       {600, RIG_EDGE_GATES, 0}},
      "$end\n#2000\n1'\n1(\n#2020\n0'\n#2200\n0(\n#4000\n",
      false},
-    {"an interrupt that is gone back to is shown once",
+    {"after a step back in time an interrupt is shown once",
      300,
      {{1500, RIG_EDGE_ISR_ENTER, 32},
       {1500, RIG_EDGE_ISR_EXIT, 32},
@@ -492,7 +496,7 @@ static const struct {
       {3000, RIG_EDGE_GATES, 0}},
      "$end\n#10000\n1'\n#12000\n0'\n#20000\n",
      false},
-    {"it ends when the last interrupt has ended",
+    {"the file ends when the last interrupt has ended",
      300,
      {{1500, RIG_EDGE_ADC_START, 0}, {1500, RIG_EDGE_ISR_ENTER, 32}, {1500, RIG_EDGE_ISR_EXIT, 32}},
      "#10000\n1'\n1(\n#10200\n0(\n#12000\n0'\n",
@@ -559,7 +563,7 @@ static void test_vcd_comment_cannot_be_ended_by_a_text(void)
     expect_in("run.vcd", "seed: 7\n");
 }
 
-/* ---- refusals: no file remains ---- */
+/* ---- refusals, after which no file remains ---- */
 
 static void expect_refused(const char *part)
 {
@@ -637,7 +641,7 @@ static void test_one_file_that_cannot_be_made_takes_the_others_with_it(void)
 
 static void test_plan_that_does_not_fit_is_refused_with_what_would(void)
 {
-    /* 16 octets a sample: 65536 fit into 1 MiB, 262144 into 4 MiB. */
+    /* A sample has 16 octets: 65536 samples fit into 1 MiB, 262144 into 4 MiB. */
     options.memory = 4u * MEGABYTE;
     options.periods = 262144;
     recorder_abandon(opened());
@@ -654,7 +658,7 @@ static void test_plan_that_does_not_fit_is_refused_with_what_would(void)
 
 static void test_plan_counts_edges(void)
 {
-    /* 16 edges of 8 octets a period: 8192 periods fill 1 MiB; one chunk of samples besides. */
+    /* 16 edges of 8 octets per period: 8192 periods fill 1 MiB. One further chunk is for the samples. */
     options.formats = RECORDER_CSV | RECORDER_VCD;
     options.memory = 4u * MEGABYTE;
     options.periods = 3u * 8192u;
@@ -676,14 +680,14 @@ static void test_abandon_removes_everything(void)
     recorder_abandon(NULL);
 }
 
-/* 262144 samples of 16 octets fit. The test records this number, and then one more, whose time is earlier
- * or not. */
+/* 262144 samples of 16 octets fit. The test records this number and then one more sample, whose time is
+ * earlier or not. */
 static void test_memory_that_is_used_up_is_reported_unless_the_loss_is_taken_back(void)
 {
     static const struct {
         const char *name;
-        uint32_t count, rounds, back; /* back 0: nothing more */
-        const char *told;             /* NULL: nothing is lost */
+        uint32_t count, rounds, back; /* back 0: no further sample */
+        const char *told;             /* text of the message; NULL if no sample is lost */
     } cases[] = {{"to the last octet", 262144u, 1u, 0u, NULL},
                  {"going back gives memory back", 262144u, 3u, 0u, NULL},
                  {"two are missing", 262146u, 1u, 0u, "2 samples from 26.2144 s on are missing"},
@@ -718,7 +722,7 @@ static void test_lost_edges_are_reported_and_samples_kept(void)
     options.formats = RECORDER_CSV | RECORDER_VCD;
     options.memory = RECORDER_MEMORY_MIN;
     recorder_t *recorder = opened();
-    sample(recorder, 0, 1.0f, 0, 0); /* one chunk of four; the others hold 3 x 131072 edges */
+    sample(recorder, 0, 1.0f, 0, 0); /* one of the four chunks; the others hold 3 x 131072 edges */
     for (uint64_t tick = 1; tick <= 3u * 131072u + 1u; tick++) {
         recorder_edge(recorder, tick, RIG_EDGE_GATES, tick % 2u == 0u ? 1u : 2u);
     }
@@ -729,7 +733,7 @@ static void test_lost_edges_are_reported_and_samples_kept(void)
     TEST_ASSERT_FALSE(exists("run.vcd"));
 }
 
-/* The disk takes the first `octets` of each file only. */
+/* The disk accepts only the first `octets` of each file. */
 static void expect_cut(uint32_t format, rlim_t octets, uint32_t samples)
 {
     struct rlimit before;
@@ -754,8 +758,8 @@ static void expect_cut(uint32_t format, rlim_t octets, uint32_t samples)
 
 static void test_a_disk_that_is_full_or_fills_up_is_reported(void)
 {
-    /* none at all, of a file smaller than any buffer; in the header, in the middle, in the last column of MAT
-     */
+    /* The disk accepts no octet, not even of a file smaller than any buffer; or it is full in the header,
+     * in the middle, or in the last column of MAT. */
     static const rlim_t octets[] = {0, 1000, 100000, 250000};
     for (uint32_t n = 0; n < RECORDER_FORMATS; n++) {
         for (int m = 0; m < 4; m++) {

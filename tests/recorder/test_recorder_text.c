@@ -1,5 +1,5 @@
-/* Numbers as text. Expected: written by hand from the binary format, and the C library's exact conversions.
- */
+/* Numbers as text. The expected texts are written by hand from the binary format, or come from the exact
+ * conversions of the C library. */
 #define _POSIX_C_SOURCE 200809L
 
 #include <locale.h>
@@ -55,7 +55,7 @@ static void test_float_is_plain_between_1e_minus_4_and_1e9(void)
     expect_float("0.0001", 1e-4f);
     expect_float("9.9999e-5", 9.9999e-5f);
     expect_float("0.000123", 1.23e-4f);
-    expect_float("999999940", 999999936.0f); /* the largest float below 1e9; its neighbours lie 64 away */
+    expect_float("999999940", 999999936.0f); /* the largest float below 1e9; its neighbours differ by 64 */
     expect_float("1e9", 1e9f);
     expect_float("1.5e9", 1.5e9f);
     expect_float("-1.5e-7", -1.5e-7f);
@@ -74,8 +74,9 @@ static void test_float_at_the_ends_of_the_format(void)
     TEST_ASSERT_EQUAL_STRING("nan", float_text(UINT32_C(0xFF800001)));
 }
 
-/* Same digits as the fewest that printf needs; not below powers of two, where the nearest decimal of this
- * number of digits may miss the interval that a farther one on the wide side hits. */
+/* The text has the fewest digits that printf needs. Powers of two are excluded: the distance to the next
+ * smaller float is half of that to the next larger one. The nearest decimal with this number of digits may
+ * then be outside the interval of the float although a more distant one is within it. */
 static void expect_shortest(uint32_t bits)
 {
     char least[40];
@@ -86,7 +87,7 @@ static void expect_shortest(uint32_t bits)
             break;
         }
     }
-    /* equal as decimals: both name the same double */
+    /* The two decimals are equal: they name the same double. */
     TEST_ASSERT_TRUE_MESSAGE(strtod(least, NULL) == strtod(float_text(bits), NULL), least);
 }
 
@@ -96,13 +97,13 @@ static void expect_reads_back(uint32_t bits)
     char *end;
     TEST_ASSERT_TRUE_MESSAGE(float_bits(strtof(text, &end)) == bits, text);
     TEST_ASSERT_TRUE_MESSAGE(*end == '\0' && strlen(text) <= 15u, text);
-    /* by way of double, as most readers do */
+    /* Converted to double first, as most readers do. */
     TEST_ASSERT_TRUE_MESSAGE(float_bits((float)strtod(text, NULL)) == bits, text);
 }
 
 static void test_floats_over_the_whole_range_read_back_and_are_shortest(void)
 {
-    /* An odd stride meets all exponents and, over the run, all kinds of fractions; 71000 values. */
+    /* The odd stride of 71000 values covers all exponents and all kinds of fractions. */
     for (uint32_t bits = 1; bits < UINT32_C(0x7F800000); bits += 30011u) {
         expect_reads_back(bits);
         expect_reads_back(bits | UINT32_C(0x80000000));
@@ -163,7 +164,7 @@ static void test_settings_are_whole_numbers_or_floats(void)
     expect_value("-1", -1.0);
     expect_value("0", 0.0);
     expect_value("4294967295", 4294967295.0);
-    expect_value("0.0125", (double)0.0125f); /* a float parameter, as rig_get gives it */
+    expect_value("0.0125", (double)0.0125f); /* a float parameter as rig_get returns it */
     expect_value("0.95", (double)0.95f);
     expect_value("-3.1415927", (double)-3.1415927f);
 }
@@ -181,7 +182,7 @@ static void test_locale_changes_nothing(void)
     }
     char text[16];
     snprintf(text, sizeof text, "%.1f", 0.5);
-    TEST_ASSERT_EQUAL_STRING("0,5", text); /* it is really on */
+    TEST_ASSERT_EQUAL_STRING("0,5", text); /* the locale is really active */
     expect_float("0.5", 0.5f);
     expect_float("1.5e-7", 1.5e-7f);
     expect_value("0.95", (double)0.95f);

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""A tenth of the error map by the seed of the day: one of its speeds, in both directions, without or with learning. Its
-points must be those of docs/accuracy.md, to the last digit, and the claims of theory must hold for them.
+"""A tenth of the error map, selected by the seed of the day: one of its speeds, in both directions, without or with learning. Its points
+must agree with docs/accuracy.md to the last digit, and the claims of theory must hold for them.
 
 usage: map_of_the_day.py LAGLESS ACCURACY [SPEED COLUMN]
 
-The seed is LAGLESS_GRID_SEED, without it the date (UTC) as YYYYMMDD; SPEED [r/min] and COLUMN, off or on, instead of the draw.
-Ends with 0 the same, 1 another number or a claim that does not hold. Python 3.9, standard library.
+The seed is LAGLESS_GRID_SEED, or the date (UTC) as YYYYMMDD. SPEED [r/min] and COLUMN, off or on, replace the random choice. Exit codes:
+0 if all points agree, 1 if a number differs or a claim does not hold. Python 3.9, standard library.
 """
 import json
 import os
@@ -32,7 +32,7 @@ def table(text):
 
 
 def printed(number):
-    """As the file of the report has it, from which the document is made."""
+    """The number with the digits of the report's file, from which the document is made."""
     return f"{number:.5g}"
 
 

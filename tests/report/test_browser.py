@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Opens the page of a paper report in a headless Chromium without a network, and checks it as a reader would
-see it; then copies with faults, each of which its check must detect.
+"""Opens the page of a paper report in a headless Chromium without a network, and checks what a reader would
+see; then it checks copies with faults, each of which must be detected.
 
-usage: test_browser.py REPORT [--screenshots FOLDER]   looks at REPORT/index.html
+usage: test_browser.py REPORT [--screenshots FOLDER]   checks REPORT/index.html
 
-Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedriver, the page or its plots are missing.
-Talks WebDriver over HTTP to chromedriver. Python 3.9, standard library only.
+Exit codes: 0 done, 1 a check failed, 2 wrong use, 77 skipped (chromium, chromedriver, the page or its plots are missing).
+Controls chromedriver by WebDriver over HTTP. Python 3.9, standard library only.
 """
 import argparse
 import base64
@@ -23,16 +23,16 @@ import urllib.error
 import urllib.request
 
 SKIPPED = 77
-NO_PLOTS = ("fig16",)  # tables, like all other content beyond the paper
+NO_PLOTS = ("fig16",)  # figures that are tables, like all content beyond the paper
 
-# Plots near the viewport that were not drawn yet.
+# Plots near the viewport that are not drawn yet.
 PENDING = """
 return [...document.querySelectorAll('.plots')].filter(host => {
     const box = host.getBoundingClientRect();
     return box.bottom > 0 && box.top < innerHeight && !['ready', 'failed'].includes(host.dataset.state);
 }).length"""
 
-# Canvases in the viewport: how many of their pixels have the colour of one of their traces.
+# The canvases in the viewport, each with the number of its pixels in the colour of one of its traces.
 CANVASES = """
 const rgb = text => {
     const context = new OffscreenCanvas(1, 1).getContext('2d', {willReadFrequently: true});
@@ -60,7 +60,7 @@ const host = document.querySelectorAll('.plots')[arguments[0]];
 return [...document.querySelectorAll(`.plots[data-figure="${host.dataset.figure}"]`)]
     .flatMap(each => (each.plots || []).map(plot => [plot.scales.x.min, plot.scales.x.max]))"""
 
-# Points of the first plot of a layout that are in view, and the least distance of two [px].
+# The points in view in the first plot of a layout, and the smallest distance of two of them [px].
 POINTS = """
 const plot = document.querySelectorAll('.plots')[arguments[0]].plots[0];
 const {min, max} = plot.scales.x;
@@ -85,7 +85,7 @@ class Browser:
         self.log = open(folder / "chromedriver.log", "w", encoding="utf-8")
         self.process = subprocess.Popen([driver, f"--port={port}"], stdout=self.log, stderr=subprocess.STDOUT)
         self.session = None
-        # Talks to chromedriver alone, whatever proxy the environment names.
+        # Connects to chromedriver directly, even if the environment names a proxy.
         self.opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         self.wait(lambda: self.is_up(), "chromedriver")
         arguments = [
@@ -135,7 +135,7 @@ class Browser:
         path.write_bytes(base64.b64decode(answer))
 
     def pointer(self, element, *steps):
-        """steps: (x, y) relative to the element's centre, "down", "up"."""
+        """Moves the pointer by steps: (x, y) relative to the element's centre, "down", "up"."""
         actions = [{"type": f"pointer{step.capitalize()}", "button": 0} if isinstance(step, str) else
                    {"type": "pointerMove", "duration": 50, "origin": element, "x": step[0], "y": step[1]}
                    for step in steps]
@@ -167,7 +167,7 @@ def expect(got, wanted, what):
 
 
 def only_asked_for(browser, url, below=False):
-    """What the page has fetched: itself, and with `below` what is in its folder."""
+    """The page may load only itself, and with `below` files of its folder."""
     messages = [json.loads(record["message"])["message"] for record in browser.records("performance")]
     urls = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
     asked = [each for each in urls if not each.startswith("data:") and not (below and each != url and each.startswith(url))]
@@ -186,14 +186,14 @@ def page_fits(browser):
 
 
 def browser_programs():
-    """Paths of chromedriver and of a Chromium; None where one is missing."""
+    """The paths of chromedriver and of a Chromium; None where one is missing."""
     driver = shutil.which("chromedriver")
     chromium = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
     return (driver, chromium) if driver and chromium else None
 
 
 class Page:
-    """The checks, each of which raises Fault."""
+    """The checks of a page; each of them raises Fault."""
 
     def __init__(self, browser, report, shots):
         self.browser, self.folder, self.shots = browser, report, shots
@@ -201,7 +201,7 @@ class Page:
         self.canvases = None
         browser.size(1400, 1000)
         browser.do("url", {"url": "about:blank"})
-        for kind in ("performance", "browser"):  # the processor time of the browser's start, or of the page before
+        for kind in ("performance", "browser"):  # discards the log entries of the browser's start and of the page before
             browser.records(kind)
         browser.do("url", {"url": (report / "index.html").resolve().as_uri()})
         browser.wait(lambda: browser.run("return document.readyState === 'complete'"), "the page")
@@ -211,7 +211,7 @@ class Page:
             self.browser.screenshot(self.shots / f"{name}.png")
 
     def every(self, selector, what):
-        """`what`, an expression in e, of each element."""
+        """The value of `what`, an expression in e, for each element."""
         return self.browser.run(f"return [...document.querySelectorAll(arguments[0])].map(e => {what})", selector)
 
     def settle(self):
@@ -219,7 +219,7 @@ class Page:
         self.browser.wait(lambda: not self.browser.run(PENDING), "plots")
 
     def scrolled(self):
-        """{canvas: pixels in the colour of a trace}, once all the page has been scrolled through."""
+        """{canvas: pixels in the colour of a trace}, after the whole page has been scrolled through."""
         if self.canvases is None:
             self.canvases, top = {}, 0
             while top < self.browser.run("return document.documentElement.scrollHeight"):
@@ -269,17 +269,18 @@ class Page:
         expect({layout[0] for layout in layouts}, wanted, "figures with plots")
 
     def finest(self):
-        """Index and step [s] of the layout over time whose lines are the nearest; it is scrolled to and drawn."""
+        """The index and the step [s] of the layout over time with the smallest distance between grid lines; scrolls to it so that it is
+        drawn."""
         steps = self.every(".plots", "(({x, x_unit, log}) => x_unit === 's' && !log && x.step || 1e9)"
                            "(JSON.parse(e.querySelector('script').textContent))")
         index = steps.index(min(steps))
-        for _ in range(2):  # drawing during the scrolling may move it
+        for _ in range(2):  # plots that are drawn during the scrolling may move it
             self.browser.run("document.querySelectorAll('.plots')[arguments[0]].scrollIntoView()", index)
             self.settle()
         return index, steps[index]
 
     def over(self, index):
-        """The first plot of a layout, for the pointer."""
+        """The first plot of a layout, to which the pointer moves."""
         return self.browser.run("return document.querySelectorAll('.plots')[arguments[0]].querySelector('.u-over')",
                                 index)
 
@@ -299,7 +300,7 @@ class Page:
     def single_periods_can_be_seen(self):
         index, step = self.finest()
         over = self.over(index)
-        for _ in range(6):  # each a 32nd of the axis
+        for _ in range(6):  # each step is a 32nd of the axis
             self.browser.pointer(over, (-20, 0), "down", (0, 5), (20, 5), "up")
         points = self.browser.run(POINTS, index)
         self.shoot("periods")
@@ -341,7 +342,7 @@ class Page:
 
 
 def faults_of(page, checks):
-    """{check: what it found}"""
+    """The faults that the checks found, as {check: fault}."""
     found = {}
     for check in checks:
         try:
@@ -362,7 +363,7 @@ def replaced(*pairs):
 
 
 REMOTE = ("</header>", '<img alt="" src="http://example.invalid/a.png"></header>')
-# The change of the page, the check that must detect it, and the message of this check. Faults of one copy do not disturb each other.
+# A change of the page, the check that must detect it, and the message of that check. Faults in the same copy do not influence each other.
 SEEDED = (
     (("a picture from elsewhere", replaced(REMOTE), Page.console_is_clean, "example.invalid"),
      ("a zoom that ends early", replaced(("LEAST_SPAN = 6;", "LEAST_SPAN = 600;")), Page.single_periods_can_be_seen, "full zoom"),
@@ -387,7 +388,7 @@ SEEDED = (
 
 
 def missed(browser, report, work):
-    """How many of the seeded faults their checks did not find."""
+    """The number of planted faults that their checks did not find."""
     count = 0
     copy = work / "copy"
     copy.mkdir()
@@ -407,7 +408,7 @@ def missed(browser, report, work):
             count += not seen
             print("found " if seen else "MISSED", what + ":", found.get(check, ""))
     unseen = set(Page.CHECKS) - {check for faults in SEEDED for _, _, check, _ in faults}
-    expect(unseen, set(), "checks that are never seen red")
+    expect(unseen, set(), "checks that never fail")
     return count
 
 

@@ -1,6 +1,6 @@
-/* Frames of XCP as a master writes them (docs/serial.md): a head of length and counter, the packet, and on a
- * serial line (SxI with CHECKSUM_WORD) a fill octet where the count is odd and the sum of the 16-bit words.
- */
+/* Frames of XCP as a master writes them (docs/serial.md): a head of length and counter, the packet, and on
+ * a serial line (SxI with CHECKSUM_WORD) a tail. The tail is a fill octet if the number of octets is odd,
+ * and the sum of the 16-bit words. */
 #ifndef TESTS_RIG_FRAMES_H
 #define TESTS_RIG_FRAMES_H
 
@@ -12,7 +12,7 @@
 
 #define FRAMES_MOST (4u + 64u + 3u) /* [octets] */
 
-/* Appends the tail to `count` octets of a frame; returns how many octets the frame has then. */
+/* Appends the tail to the `count` octets of a frame; returns the new number of octets. */
 static inline uint32_t frames_tail(uint8_t *frame, uint32_t count)
 {
     const uint32_t end = count + count % 2u;
@@ -26,7 +26,7 @@ static inline uint32_t frames_tail(uint8_t *frame, uint32_t count)
     return end + 2u;
 }
 
-/* The frame of a packet, with or without a tail; returns its octets. */
+/* Makes the frame of a packet, with or without a tail; returns the number of octets. */
 static inline uint32_t frames_make(uint8_t *frame, const uint8_t *packet, uint32_t count, uint32_t counter,
                                    bool tail)
 {
@@ -38,7 +38,7 @@ static inline uint32_t frames_make(uint8_t *frame, const uint8_t *packet, uint32
     return tail ? frames_tail(frame, 4u + count) : 4u + count;
 }
 
-/* A named value that acts at once has a code on the line. */
+/* The code that represents a named value on the line, if the value takes effect at once. */
 static inline uint32_t frames_code(uint32_t id, uint32_t choice)
 {
     return choice * UINT32_C(0x11111111) ^ id * UINT32_C(0x9E3779B1);

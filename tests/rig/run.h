@@ -1,5 +1,5 @@
-/* Functions for tests in closed loop: they bring a rig to a speed, and measure the error of the estimated
- * angle over a time. */
+/* Functions for tests in closed loop, which bring a simulation to a speed and measure the error of the
+ * estimated angle over a time. */
 #ifndef TESTS_RIG_RUN_H
 #define TESTS_RIG_RUN_H
 
@@ -18,9 +18,9 @@
 
 /* ---- the board ---- */
 
-/* Shafts, loads and times of these tests were chosen for the paper's motor and a current limit of 10 A. The
- * current that a test needs, on a board with another limit, is multiplied by this share [-]; 1 if the board
- * allows the whole current. */
+/* Shafts, loads and times of these tests were chosen for the paper's motor and a current limit of 10 A. On
+ * a board with another limit the current that a test needs is multiplied by this share [-], which is 1 if
+ * the board allows 10 A. */
 #define RUN_LIMIT_SHARE (BOARD_CURRENT_LIMIT_MA / 10000.0)
 
 /* Torque of the paper's motor [N m] at this number of amperes. */
@@ -46,7 +46,7 @@ static inline void run_put(rig_t *rig, const char *name, double value)
     }
 }
 
-/* Several rows: "sensors=1 current_noise=0". */
+/* Sets several rows given as text, such as "sensors=1 current_noise=0". */
 static inline void run_puts(rig_t *rig, const char *text)
 {
     char name[40];
@@ -57,7 +57,7 @@ static inline void run_puts(rig_t *rig, const char *text)
     TEST_ASSERT_EQUAL_STRING_MESSAGE("", text, "accepted are rows as NAME=VALUE, separated by blanks");
 }
 
-/* These rows of every period from now on, to this function. */
+/* From now on this function receives these rows in every period. */
 #define RUN_TAP_MOST 20u
 static inline void run_tap(rig_t *rig, const char *const names[], uint32_t count,
                            void (*take)(void *context, uint32_t period, const uint32_t *slots,
@@ -85,15 +85,16 @@ static inline void run_parameter(rig_t *rig, const char *name, double value)
     }
 }
 
-/* A row times this, staged if it is a parameter. */
+/* Multiplies a row by this factor; a parameter is staged. */
 static inline void run_times(rig_t *rig, const char *name, double factor)
 {
     run_put(rig, name, factor * rig_value(rig, name));
 }
 
-/* The drive of the paper, from which a test's numbers come: it uses the encoder, its speed control is the PI
- * of the figures, it learns no parameter of motor and inverter, and only the current that makes torque flows
- * (the last matters without the encoder only). Applied: what scales its gains comes after it. */
+/* The drive of the paper, to which the numbers of the tests belong. It uses the encoder; its speed control
+ * is the PI control of the paper's figures; it learns no parameter of motor and inverter; and it has no
+ * i_d (which matters only without the encoder). These parameters are applied; parameters that scale the
+ * gains must follow. */
 static inline void run_paper_drive(rig_t *rig)
 {
     run_puts(rig, "position_source=0 speed_kp=0.5 speed_ki=2.5 speed_setpoint_weight=1 "
@@ -102,9 +103,10 @@ static inline void run_paper_drive(rig_t *rig)
     run_parameter(rig, "low_speed_current", 0.0);
 }
 
-/* A shaft in proportion to the torque that the board's limit gives: with the loads times RUN_LIMIT_SHARE too
- * all accelerations are those of 10 A, and with them every speed, time and angle of a test. Staged; the gains
- * of the speed control are those that are active. */
+/* A shaft in proportion to the torque that the current limit of the board gives. If the loads are
+ * multiplied by RUN_LIMIT_SHARE too, all accelerations are those of 10 A, and so are every speed, time and
+ * angle of a test. The parameters are staged; the gains of the speed control are scaled from the active
+ * ones. */
 static inline void run_shaft_of_board(rig_t *rig)
 {
     static const char *const rows[] = {"inertia", "friction_coulomb", "motor_inertia", "speed_kp",
@@ -122,14 +124,15 @@ static inline void run_to_ready(rig_t *rig)
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
 }
 
-/* On, at this speed reference. */
+/* Turns the drive on with this speed reference. */
 static inline void run_on(rig_t *rig, double rpm)
 {
     run_put(rig, "speed_request", rpm * RPM);
     run_put(rig, "enable", 1.0);
 }
 
-/* A copy of the rig in its present state, for several continuations; the caller frees it. */
+/* A copy of the simulation in its present state, from which several runs can continue; the caller frees
+ * it. */
 static inline void *run_kept(rig_t *rig)
 {
     void *const state = malloc(rig_state_size());
@@ -151,8 +154,9 @@ static inline void run_expect_no_fault(rig_t *rig)
 
 /* ---- sensorless ---- */
 
-/* Inverter without dead time and drops, exact sensors; plant and firmware agree on it. The dead band delays
- * one edge by the time by which the turn-off delays the other. Before ready. */
+/* An inverter without dead time and drops, and exact sensors, in both plant and firmware. The dead band
+ * delays one edge by the same time by which the turn-off delays the other. To be called before the state
+ * ready. */
 static inline void run_ideal(rig_t *rig)
 {
     static const char *const none[] = {
@@ -163,16 +167,16 @@ static inline void run_ideal(rig_t *rig)
         run_put(rig, none[n], 0.0);
     }
     run_puts(rig, "sensors=1 params.current_zone=1e-3");
-    run_put(rig, "dead_time_adaptation", 0.0); /* zero in both: only the effect of the noise remains */
+    run_put(rig, "dead_time_adaptation", 0.0); /* zero in both, so that learning could follow only noise */
     const double dead_time = rig_value(rig, "dead_time");
     run_put(rig, "plant.turn_off_delay", dead_time);
     run_parameter(rig, "params.turn_off_delay", dead_time);
 }
 
-/* The errors of the current sensors that remain after the calibration, together with the defaults: dead time,
- * drops and delays of the module, 12-bit ADC, 10 mA noise. Where phase c has no sensor, the offset of a comes
- * with the other sign in the c that is reckoned; a sensor of c gets the same, so that the vector is off by
- * (30, 17) mA on every board. After ready. */
+/* The errors of the current sensors that remain after the calibration. The defaults have dead time, drops
+ * and delays of the module, a 12-bit ADC and 10 mA of noise. Where phase c has no sensor, the offset of a
+ * appears with the other sign in the calculated current c; a sensor of c gets this offset, so that the
+ * vector has an error of (30, 17) mA on every board. To be called after the state ready. */
 static inline void run_real(rig_t *rig)
 {
     run_puts(rig, "current_offset_a=0.03 current_offset_c=-0.03 current_gain_error_b=0.002");
@@ -186,9 +190,9 @@ typedef struct {
     double bandwidth;                                        /* [rad/s] of the speed control */
 } run_motor_t;
 
-/* Plant and firmware get the motor, and the values of the rules of thumb: k_s = 1.75 e_max, slope 1.6 L/(k_s
- * T_s), a current error at 96 % of k_s. Limits of current, voltage and speed are the caller's. Set before the
- * state ready, and not yet applied. */
+/* Sets the motor in plant and firmware, and the parameters by the project's rules: k_s = 1.75 e_max, slope
+ * 1.6 L/(k_s T_s), a current error at 96 % of k_s. The caller sets the limits of current, voltage and
+ * speed. To be called before the state ready; the parameters are staged. */
 static inline void run_put_motor(rig_t *rig, const run_motor_t *m)
 {
     const double gain = 1.75 * m->flux_linkage * m->pole_pairs * m->speed;
@@ -246,7 +250,7 @@ static inline void run_load(rig_t *rig, double torque, double seconds)
     }
 }
 
-/* The speed reference moves evenly [r/min]. */
+/* The speed reference moves linearly [r/min]. */
 static inline void run_speed(rig_t *rig, double from, double to, double seconds)
 {
     for (int32_t n = 1; n <= 50; n++) {
@@ -255,7 +259,7 @@ static inline void run_speed(rig_t *rig, double from, double to, double seconds)
     }
 }
 
-/* theta_hat - true theta_e over a time [mrad electrical], and the mean speed [r/min]. */
+/* The error theta_hat - true theta_e over a time [mrad electrical], and the mean speed [r/min]. */
 typedef struct {
     double mean, sd, peak, speed_mean;
 } run_error_t;
@@ -295,8 +299,8 @@ static inline run_error_t run_error(rig_t *rig, double seconds)
     };
 }
 
-/* From power-on to this speed and load, on a real inverter: the load is put on at a speed where the speed
- * control can hold it, and the reference goes on from there in two seconds. */
+/* Brings a drive on the real inverter from power-on to this speed and load. The load is put on at a speed
+ * at which the speed control can hold it; the reference then moves to the final speed within two seconds. */
 static inline void run_real_under_load(rig_t *rig, double rpm, double rpm_loading, double load)
 {
     run_to_ready_at(rig, rpm_loading);
@@ -307,7 +311,7 @@ static inline void run_real_under_load(rig_t *rig, double rpm, double rpm_loadin
     run_speed(rig, rpm_loading, rpm, 2.0);
 }
 
-/* Voltage that a leg loses by the plant's own rows [V]. */
+/* The voltage that a leg loses by the parameters of the plant [V]. */
 static inline double run_leg_loss(rig_t *rig)
 {
     const double effective = rig_value(rig, "dead_time") + rig_value(rig, "plant.turn_on_delay") -
@@ -316,7 +320,7 @@ static inline double run_leg_loss(rig_t *rig)
     return effective / RIG_PERIOD_SECONDS * rig_value(rig, "u_dc") + drop;
 }
 
-/* The learnt value divided by the true one [-]. */
+/* The learnt loss of a leg divided by the true one [-]. */
 static inline double run_learnt_loss(rig_t *rig)
 {
     return rig_value(rig, "dead_time_hat") / run_leg_loss(rig);

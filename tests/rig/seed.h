@@ -1,11 +1,13 @@
-/* Selects the noise of a closed-loop test, and the points of a grid that run.
+/* Selects the noise of a test in closed loop, and the points of a grid that run.
  *
- * LAGLESS_SEED (0) moves every seed of noise, and the period at which a drive is switched on, of 0 to 7: what
- * is learnt is summed over eight. A claim holds for every seed.
+ * LAGLESS_SEED (default 0) changes every seed of noise, and the period at which a drive is switched on, from
+ * 0 to 7, because learning sums over eight periods. A claim must hold for every seed.
  *
- * A grid is a product of parameters. Of its points one in LAGLESS_GRID_SHARE (10; 1: all) runs, by a draw
- * from LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD), at least one of each grid. The draw also makes the
- * noise of a point. All three are printed by the first test that needs them. */
+ * A grid is a product of parameters. One of LAGLESS_GRID_SHARE (default 10; 1: all) points runs, and at least
+ * one of each grid. The points are drawn by LAGLESS_GRID_SEED (default: the UTC date as YYYYMMDD), which also
+ * selects the noise of a point.
+ *
+ * The first test that uses one of the three values prints it. */
 #ifndef TESTS_RIG_SEED_H
 #define TESTS_RIG_SEED_H
 
@@ -18,12 +20,12 @@
 #include "host_sim/rig/rig.h"
 #include "unity.h"
 
-#define SEED_MEMBERS 64u /* seeds of a run, beginning with the one that the test has written down */
-#define SEED_PHASES  8u  /* periods of a sum of what is learnt */
+#define SEED_MEMBERS 64u /* number of seeds in a run; the first is the one that the test states */
+#define SEED_PHASES  8u  /* number of periods over which learning sums */
 
-static uint32_t seed_member; /* of the test under way */
+static uint32_t seed_member; /* seed of the running test */
 
-/* A number of the environment, whole and positive or 0; else this. */
+/* A number from the environment, a positive whole number or 0; otherwise this value. */
 static inline uint32_t seed_given(const char *name, uint32_t otherwise)
 {
     const char *const text = getenv(name);
@@ -63,7 +65,7 @@ static inline const seed_given_t *seed_values(void)
     return &given;
 }
 
-/* Power on, with the noise of this seed and of the run. */
+/* Powers on a simulation with the noise of this seed and of the run. */
 static inline rig_t *run_rig(uint64_t seed)
 {
     const uint64_t run = (uint64_t)seed_values()->noise * SEED_MEMBERS + seed_member;
@@ -72,7 +74,7 @@ static inline rig_t *run_rig(uint64_t seed)
     return rig;
 }
 
-/* Periods that the run waits before a drive is switched on. */
+/* The number of periods that the run waits before a drive is switched on. */
 static inline uint32_t seed_phase(void)
 {
     return (seed_values()->noise + seed_member) % SEED_PHASES;
@@ -90,17 +92,18 @@ static inline void seed_run(void (*test)(void), const char *name, int line, uint
     }
     seed_member = 0u;
 }
-#undef RUN_TEST /* after a grid that failed, the noise is still that of its last point */
+#undef RUN_TEST /* restores the noise that the last point of a failed grid has left */
 #define RUN_TEST(test) seed_run(test, #test, __LINE__, 1u)
 
 /* ---- a grid ---- */
 
 typedef struct {
     const char *name;
-    uint32_t points, next, least; /* `least` runs in any case; `points`: none */
+    uint32_t points, next, least; /* `least` always runs, unless `points` is 0 */
 } grid_t;
 
-/* Of a point, by its grid's name: FNV-1a, mixed again so that each bit depends on all others. */
+/* The random number of a point, from the name of its grid: FNV-1a, mixed again so that each bit depends on
+ * all others. */
 static inline uint32_t grid_draw(const char *name, uint32_t point)
 {
     uint32_t hash = 2166136261u ^ seed_values()->grid;
@@ -113,7 +116,7 @@ static inline uint32_t grid_draw(const char *name, uint32_t point)
     return hash ^ (hash >> 16);
 }
 
-/* If no point is drawn, the point with the least draw runs. */
+/* If no point is drawn, the point with the smallest random number runs. */
 static inline grid_t grid_of(const char *name, uint32_t points)
 {
     grid_t grid = {name, points, 0u, 0u};
@@ -126,7 +129,7 @@ static inline grid_t grid_of(const char *name, uint32_t points)
     return grid;
 }
 
-/* Selects the next point that runs, and its own noise; false: no point is left. */
+/* Selects the next point that runs and its noise; false if no point is left. */
 static inline bool grid_next(grid_t *grid, uint32_t *point)
 {
     seed_member = 0u;
@@ -141,10 +144,9 @@ static inline bool grid_next(grid_t *grid, uint32_t *point)
     return false;
 }
 
-/* A document has the numbers of the drive as it is built: there all points run, each with the noise that the
- * test specifies. On another board, and together with the fixed-point twin, the usual share of the points
- * runs.
- */
+/* The numbers in a document are those of the drive with the default settings of the build. There all
+ * points run, each with the noise that the test states. On another board, and with the fixed-point twin,
+ * the usual share of the points runs. */
 #ifndef GRID_DOCUMENTED
 #define GRID_DOCUMENTED (BOARD_CURRENT_SENSORS == 2)
 #endif
@@ -158,7 +160,8 @@ static inline bool grid_next_documented(grid_t *grid, uint32_t *point)
     return *point < grid->points;
 }
 
-/* A point's coordinate in the next dimension, of this size; `point` becomes what is left. */
+/* The coordinate of a point in the next dimension, which has this size; `point` becomes the rest of the
+ * index. */
 static inline uint32_t grid_axis(uint32_t *point, uint32_t size)
 {
     const uint32_t coordinate = *point % size;

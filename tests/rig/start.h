@@ -1,8 +1,7 @@
 /* Common parts of the tests of the start without an encoder: two shafts, the values that are measured in
- * every period, grids of starts, and the line of measured values that each of them prints.
- *
- * Inverter and sensors are the realistic ones (defaults and run_real()). Angles are spread over an electrical
- * turn; each point of a grid has noise of its own. */
+ * every period, grids of starts, and the line of measured values that each grid prints. Inverter and
+ * sensors have realistic errors (defaults and run_real()). Angles are spread over an electrical turn; each
+ * point of a grid has noise of its own. */
 #ifndef TESTS_RIG_START_H
 #define TESTS_RIG_START_H
 
@@ -13,22 +12,22 @@
 #define POLE_PAIRS   4.0
 #define RATED_TORQUE 5.0 /* [N m] */
 
-/* manoeuvre */
+/* the manoeuvres */
 enum { OFF, CATCHES, ALIGNS, RAMPS, HANDS_OVER, RUNS, FORCES, REVERSES, RELOCKS };
 
 /* ---- shafts ---- */
 
-/* HEAVY: the paper's rig. LIGHT: the bare motor, with the bandwidths that a light rotor needs. BARE: the same
- * without friction. */
+/* HEAVY: the paper's test rig. LIGHT: the bare motor, with the bandwidths that a light rotor needs. BARE:
+ * as LIGHT, without friction. */
 typedef enum { HEAVY, LIGHT, BARE } start_shaft_t;
-#define START_SHAFT_NAMES "HLB" /* in what is printed */
+#define START_SHAFT_NAMES "HLB" /* letters in the printed lines */
 
 typedef struct {
     double inertia, friction; /* [kg m^2], [N m] */
 } start_shaft_data_t;
 static const start_shaft_data_t start_shaft_data[] = {{0.0636, 1.32}, {0.003, 0.05}, {0.003, 0.0}};
 
-/* For the rows of a table of cases: the number of shafts, from the first on. */
+/* The number of shafts of a case in a table, counted from the first one on. */
 #define START_BOTH 2u
 #define START_ALL  3u
 
@@ -38,7 +37,7 @@ typedef struct {
     double value;
 } start_row_t;
 
-/* At power-on, before any parameters are applied. */
+/* A simulation at power-on, before any parameters are applied. */
 static inline rig_t *start_on_desk(start_shaft_t shaft, uint32_t seed)
 {
     rig_t *rig = run_rig(seed);
@@ -52,8 +51,8 @@ static inline rig_t *start_on_desk(start_shaft_t shaft, uint32_t seed)
     return rig;
 }
 
-/* The parameters applied; ready, the rotor standing at this electrical angle [rad], the sensors' errors come
- * after their calibration. */
+/* Applies the parameters and runs to the state ready, with the rotor at rest at this electrical angle
+ * [rad]. The errors of the sensors are set after their calibration. */
 static inline void start_ready(rig_t *rig, double theta_e)
 {
     if (!rig_apply(rig)) {
@@ -64,19 +63,21 @@ static inline void start_ready(rig_t *rig, double theta_e)
     run_real(rig);
 }
 
-/* ---- every period ---- */
+/* ---- measurements in every period ---- */
 
 typedef struct {
     /* of the last period */
-    double current;    /* length of its vector [A] */
-    double error, err; /* theta_hat - true theta_e; of the angle in use [rad] */
-    double speed;      /* true [r/min] */
-    double torque;     /* true [N m] */
+    double current;    /* length of the current vector [A] */
+    double error, err; /* [rad] theta_hat - true theta_e; error of the angle in use */
+    double speed;      /* [r/min] true speed */
+    double torque;     /* [N m] true torque */
     int manoeuvre, start_try, losses, fault, state;
-    /* since the watch began */
-    double peak;                        /* largest true phase current [A] */
-    double bad, bad_most;               /* [s] angle in use wrong by 0.8 rad, now and at most */
-    uint32_t warnings, period, noticed; /* [-]; [periods] now; at the first fault or warning */
+    /* since the begin of the recording */
+    double peak; /* largest true phase current [A] */
+    /* [s] time for which the angle in use has been wrong by 0.8 rad, and the longest such time. */
+    double bad, bad_most;
+    /* [-]; [periods] present one; the one of the first fault or warning. */
+    uint32_t warnings, period, noticed;
 } start_seen_t;
 
 #define START_SEEN_FLOATS 9u
@@ -116,21 +117,21 @@ static inline void start_see(void *context, uint32_t period, const uint32_t *slo
     seen->bad_most = fmax(seen->bad_most, seen->bad);
 }
 
-/* `seen` gets the values from now on. */
+/* Writes the values of each period into `seen` from now on. */
 static inline void start_watch(rig_t *rig, start_seen_t *seen)
 {
     *seen = (start_seen_t){0};
     run_tap(rig, start_seen_rows, START_SEEN_ROWS, start_see, seen);
 }
 
-/* ---- figures of a grid ---- */
+/* ---- results of a grid ---- */
 
 static inline void start_raise(double *largest, double value)
 {
     *largest = fmax(*largest, value);
 }
 
-/* Seconds since then, in periods. */
+/* The seconds since this period. */
 static inline double start_time(uint32_t periods)
 {
     return periods * RIG_PERIOD_SECONDS;

@@ -1,11 +1,11 @@
-/* The voltage that the observer gets, compared with the one on the winding: from the true currents,
- * angle and constants of the plant, period by period,
+/* The voltage that the observer receives is compared with the voltage on the winding, period by period. The
+ * voltage on the winding follows from true currents, angle and constants of the plant:
  *
  *     u = (R + r) (i_k-1 + i_k)/2 + L (i_k - i_k-1)/T + (psi_k - psi_k-1)/T
  *
- * with the slope r of the device drops, which the drive counts as the winding's. Every gate edge, 2.5 us dead
- * time, delays and drops of the module; sensors exact, so that nothing but the model of the inverter is left.
- */
+ * r is the slope of the device drops, which the drive counts as part of the winding. The simulation has
+ * every gate edge, 2.5 us of dead time, and delays and drops of the module. The sensors are exact, so that
+ * the difference is the error of the inverter model alone. */
 #include <complex.h>
 
 #include "tests/rig/run.h"
@@ -21,11 +21,11 @@ static double complex vector_of(double a, double b, double c)
 }
 
 typedef struct {
-    double rms;         /* of assumed minus true voltage [V] */
-    double one_current; /* the same if both edges of a leg met the mean current [V] */
+    double rms;         /* [V] of assumed minus true voltage */
+    double one_current; /* [V] the same difference if both edges of a leg had the mean current */
 } missed_t;
 
-/* Voltage that both edges would lose with the mean current [V]. */
+/* The voltage that both edges would lose at the mean current [V]. */
 static double complex lost_by_mean(double complex current)
 {
     double lost[3];
@@ -53,7 +53,7 @@ static missed_t measure(double rpm, double load)
 
     const double resistance = RESISTANCE + rig_value(rig, "device_resistance");
     const uint32_t periods = 10000u;
-    double complex duty[3] = {0.0}; /* newest first */
+    double complex duty[3] = {0.0}; /* newest value first */
     double complex last = 0.0;
     double complex flux_last = 0.0;
     missed_t missed = {0.0, 0.0};
@@ -83,8 +83,9 @@ static missed_t measure(double rpm, double load)
     return missed;
 }
 
-/* The remaining error is a fraction of a volt of the 8 V of a leg: the changes within a dead band, 0.15 V
- * between the drops of transistor and diode. Limits: the worst of both directions and boards, times 1.5. */
+/* The remaining error is a fraction of a volt, compared with the 8 V that a leg loses. It comes from
+ * changes of the current within a dead band, and from the difference of 0.15 V between the drops of
+ * transistor and diode. The limits are 1.5 times the largest value over both directions and boards. */
 static void test_the_observer_gets_what_was_on_the_winding(void)
 {
     static const struct {

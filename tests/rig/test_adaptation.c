@@ -1,9 +1,9 @@
-/* Inductance and dead time learnt together, as the drive does by default, without encoder on the real
- * inverter: the added error if all values were known, the benefit on other motors with all values wrong, and
- * what it must not learn from. */
+/* Inductance and dead time are learnt together, as the drive does by default, without an encoder on the
+ * real inverter. The tests measure the error that learning adds if all values are right, and its benefit
+ * on other motors with all values wrong. They also check the conditions in which the drive must not learn. */
 #include "tests/rig/motors.h"
 
-/* A leg's effective dead time that the plant has [s]. */
+/* The effective dead time of a leg of the plant [s]. */
 static double dead_time_of(rig_t *rig)
 {
     return rig_value(rig, "dead_time") + rig_value(rig, "plant.turn_on_delay") -
@@ -15,16 +15,16 @@ static double learnt_inductance(rig_t *rig)
     return rig_value(rig, "inductance_hat") / rig_value(rig, "plant.inductance_q");
 }
 
-/* ---- all was known ---- */
+/* ---- all parameters are configured without error ---- */
 
-/* At 100 r/min 0.1 % of the legs' loss is 1.3 mrad without load, 0.4 % of L 1.3 mrad with it. Limits: of 45
- * seeds the mean of the magnitude plus four of its standard deviations, and at least the worst of both
- * boards, times 1.3: one run of 98 has an SD of 2.6 mrad at 100 r/min, where all of them have 1.25 +- 0.16.
- */
+/* At 100 r/min 0.1 % of the loss of the legs is 1.3 mrad without load, and 0.4 % of L is 1.3 mrad under
+ * load. Each limit is the mean of the magnitude plus four standard deviations over 45 seeds, and at least
+ * 1.3 times the largest value of both boards. One run of 98 has an SD of 2.6 mrad at 100 r/min, where all of
+ * them have 1.25 +- 0.16 mrad. */
 static void test_nothing_is_lost_where_all_was_known(void)
 {
     static const struct {
-        double rpm, mean[2], sd; /* [r/min], [mrad] without load and with, [mrad] */
+        double rpm, mean[2], sd; /* [r/min]; [mrad] without and with load; [mrad] */
     } points[] = {{100.0, {2.6, 4.8}, 3.4},   {300.0, {0.4, 1.25}, 1.7},    {307.0, {0.4, 1.25}, 1.7},
                   {600.0, {0.72, 1.0}, 0.68}, {1000.0, {0.72, 0.61}, 0.45}, {1490.0, {0.53, 0.72}, 0.43}};
     grid_t grid = grid_of("all was known", 4u * sizeof points / sizeof points[0]);
@@ -48,18 +48,17 @@ static void test_nothing_is_lost_where_all_was_known(void)
     }
 }
 
-/* ---- other motors, all wrong ---- */
+/* ---- other motors, and errors in all parameters ---- */
 
 typedef struct {
     const rated_motor_t *of;
-    double slowest;    /* [-] of its largest speed */
-    double inductance; /* [-] of L, the largest error of the learnt value */
+    double slowest;    /* [-] slowest tested speed as a share of the largest speed */
+    double inductance; /* [-] largest relative error of the learnt L */
     double mean;       /* [mrad] */
 } other_t;
 
-/* L_d, L_q, R, psi_f, the delays and the drop are gradually changed until they are too small or too large by
- * this share.
- */
+/* Changes L_d, L_q, R, psi_f, the delays and the drop gradually until each is too small or too large by
+ * this share. */
 static void assume_step(rig_t *rig, double step, double share)
 {
     static const char *const rows[] = {"motor_inductance_d", "motor_inductance_q", "motor_resistance",
@@ -81,7 +80,7 @@ static void assume(rig_t *rig, double share)
     }
 }
 
-/* With the gains of the rules in docs/scenarios.md. */
+/* A drive of this motor with the gains by the rules in docs/scenarios.md. */
 static rig_t *other(const rated_motor_t *m, uint32_t seed)
 {
     const double cutoff = fmax(50.0, 1.6 * sqrt(m->motor.pole_pairs * m->load / m->motor.inertia));
@@ -96,9 +95,8 @@ static rig_t *other(const rated_motor_t *m, uint32_t seed)
     return rig;
 }
 
-/* Runs under its load at three tenths of its speed, where all parameters become wrong; then ten seconds, slow
- * and fast.
- */
+/* The motor runs under its load at three tenths of its speed, where all parameters become wrong; it then
+ * runs slow and fast for ten seconds. */
 static void expect_learnt(const other_t *o, double share, double direction)
 {
     const double full = direction * o->of->motor.speed;
@@ -127,17 +125,18 @@ static void expect_learnt(const other_t *o, double share, double direction)
     rig_free(rig);
 }
 
-/* Down to where the loop, with all this wrong and nothing learnt, is not lost, and the EMF of a psi_f that is
- * assumed a fifth too large is below 3.3 times the dead band's voltage, above which no dead time is learnt:
- * at 0.2 of its speed the direct drive keeps a dead time that is a fifth too large, and L and the mean are
- * off by up to 3.5 % and 8.1 mrad (40 runs). For two of them the drive measures L 2 % too large, for each
- * initial value. Limits: of 22 runs each the mean and four standard deviations, of the direct drive of 80
- * runs, of the miniature motor of 212, and of its L 1.3 times the largest. The requirement was a mean of 8
- * mrad, which the miniature motor meets in 999 of 1000 runs. */
+/* The slowest speed of each motor fulfils two conditions. The loop keeps its lock with all values wrong
+ * before it has learnt. And the EMF, if psi_f is assumed a fifth too large, stays below 3.3 times the
+ * voltage of the dead band, above which no dead time is learnt. At 0.2 of its speed the direct drive does
+ * not fulfil the second condition: it keeps a dead time that is a fifth too large, and L and the mean are
+ * wrong by up to 3.5 % and 8.1 mrad (40 runs). For two of the motors the learnt L is 2 % too large, from
+ * each initial value. The limits are the mean plus four standard deviations of 22 runs, for the direct
+ * drive of 80 runs, for the miniature motor of 212 runs; the limit of its L is 1.3 times the largest error.
+ * The required mean was 8 mrad, which the miniature motor meets in 999 of 1000 runs. */
 static const other_t others[] = {{&spindle, 0.1, 0.036, 5.2},
                                  {&direct, 0.19, 0.0185, 3.3},
                                  {&hub, 0.1, 0.03, 5.2},
-                                 {&miniature, 0.3, 0.06, 8.4}}; /* 0.08 A of dither beside 10 mA of noise */
+                                 {&miniature, 0.3, 0.06, 8.4}}; /* its dither is 0.08 A, the noise 10 mA */
 
 static void test_other_motors_with_everything_a_fifth_wrong(void)
 {
@@ -158,12 +157,16 @@ typedef struct {
     double value;
 } change_t;
 
-/* All learnt values after a second of this condition, from 100 r/min under load. A current that jumps and is
- * constant afterwards is recognised as constant after two sums, which count: each at the rate of one that has
- * settled, a fifth of 6/s, over its 0.8 ms, of at most the voltage of the whole dead band, times what the
- * weight of a phase is at most over its mean, 1.3/0.165 (medium/adapt/dead_time_learn.h): within 1.5 %, of
- * which 38 runs had 0.8. A learning interval of L that is nearly over may end with the condition: by at most
- * 0.67 % in 373 runs, times 1.3. */
+/* Compares all learnt values before and after a second of this condition, at 100 r/min under load.
+ *
+ * A current that jumps and is constant afterwards is recognised as constant only after two sums, which
+ * therefore count. Each sum of 0.8 ms may change the dead time by the rate of a settled value, a fifth of
+ * 6/s, times at most the voltage of the whole dead band, times the largest weight of a phase over the mean
+ * weight, 1.3/0.165 (medium/adapt/dead_time_learn.h): at most 1.5 % together. 38 runs changed it by at most
+ * 0.8 %.
+ *
+ * A measurement of L that has almost ended may still be completed: in 373 runs this changed L by at most
+ * 0.67 %. The limit is 1.3 times that. */
 static void expect_kept(rig_t *rig, const void *learnt, const char *what, const change_t changes[2])
 {
     run_back_to(rig, learnt);
@@ -178,8 +181,8 @@ static void expect_kept(rig_t *rig, const void *learnt, const char *what, const 
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.0088, inductance, learnt_inductance(rig), what);
 }
 
-/* One sensor alone: with three the test of the sum of currents, which is not zero any more, is not evaluated.
- */
+/* A single frozen sensor is tested on boards with two sensors only: with three it would also violate the
+ * rule that the sum of the currents is zero. */
 static void test_no_emf_and_frozen_samples_teach_nothing(void)
 {
     static const change_t no_emf[] = {{"plant.flux_linkage", 0.0}, {"plant.flux_linkage", 0.0}};

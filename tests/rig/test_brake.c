@@ -1,24 +1,25 @@
-/* A hoist with its holding brake in the closed loop: the load of 100 % (7.7 N m, 7 A, the continuous current)
- * is an active one, without friction, on a light shaft. The result is the angle by which the load turns. */
+/* A hoist with its holding brake in closed loop. The load of 100 % (7.7 N m, 7 A, the continuous current)
+ * is active and has no friction, on a light shaft. The measured result is the angle by which the load
+ * turns. */
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 
 #define TURN    (2.0 * 3.14159265358979323846)
 #define DEGREE  (TURN / 360.0)
-#define LOAD    7.7   /* [N m] */
-#define HOLDS   30.0  /* [N m] of the brake */
-#define RELEASE 60e-3 /* [s] */
-#define APPLY   40e-3 /* [s] */
-#define SLIP    5.0   /* [deg] */
+#define LOAD    7.7   /* [N m] load of 100 % */
+#define HOLDS   30.0  /* [N m] torque that the brake holds */
+#define RELEASE 60e-3 /* [s] release time of the brake */
+#define APPLY   40e-3 /* [s] apply time of the brake */
+#define SLIP    5.0   /* [deg] largest allowed angle of slip */
 #define ANGLES  24u
 
-/* Values of a period, and the times at which the brake was set and the bridge opened. */
+/* The values of a period, and the times at which the brake began to hold and the bridge opened. */
 static struct {
-    double lowest, highest; /* [rad] of the shaft */
-    uint32_t held;          /* [periods] the brake holds, at the first one; 0: it does not */
-    uint32_t opened;        /* [periods] the bridge has opened */
-    uint32_t released;      /* [periods] the brake output has been on before the torque was there */
+    double lowest, highest; /* [rad] lowest and highest angle of the shaft */
+    uint32_t held;          /* [periods] time at which the brake began to hold; 0: it does not hold */
+    uint32_t opened;        /* [periods] time at which the bridge opened */
+    uint32_t released;      /* [periods] for which the brake output was on before the torque was present */
 } seen;
 
 static rig_t *rig;
@@ -73,7 +74,7 @@ void tearDown(void)
 
 static void test_a_hoist_starts_from_each_angle_without_slipping(void)
 {
-    static const double shares[] = {1.0, 0.8, 0.0}; /* pre-torque over the load */
+    static const double shares[] = {1.0, 0.8, 0.0}; /* pre-torque divided by the load torque */
     double worst = 0.0;
     uint32_t good = 0u;
     for (uint32_t n = 0; n < 3u * ANGLES; n++) {
@@ -84,7 +85,7 @@ static void test_a_hoist_starts_from_each_angle_without_slipping(void)
         double slip = fmax(from - seen.lowest, seen.highest - from) / DEGREE;
         TEST_ASSERT_TRUE(seen.released == 0u || share < 1.0);
         TEST_ASSERT_EQUAL_DOUBLE(BRAKE_RELEASED, rig_value(rig, "brake_state"));
-        run_on(rig, 100.0); /* upwards: it must not sink first */
+        run_on(rig, 100.0); /* upwards; the load must not sink first */
         watch(0.5);
         slip = fmax(slip, (from - seen.lowest) / DEGREE);
         TEST_ASSERT_TRUE(seen.highest > from + 0.3 * TURN);
@@ -126,8 +127,8 @@ static void test_the_brake_holds_before_the_bridge_opens(void)
     }
 }
 
-/* Faults that open the bridge at once: the brake holds its apply time later, and two periods for pin and
- * plant, four windows where the medium task finds the fault. */
+/* For a fault that opens the bridge at once, the brake holds after its apply time plus two periods for pin
+ * and plant, or plus four windows if the medium task detects the fault. */
 static void test_a_fault_sets_the_brake_at_once(void)
 {
     static const struct {
@@ -159,7 +160,7 @@ static void test_a_fault_sets_the_brake_at_once(void)
     }
 }
 
-/* A pre-torque that the current limit does not permit: the brake stays set, and the fault reports it. */
+/* The current limit does not permit the pre-torque: the brake stays set, and a fault reports this. */
 static void test_without_the_torque_the_brake_stays_set(void)
 {
     hoist(0.0, 15.0);
@@ -170,16 +171,16 @@ static void test_without_the_torque_the_brake_stays_set(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, seen.highest - seen.lowest);
 }
 
-/* A pre-torque that is wrong by a fifth of the load, and none: the speed control takes the load over. Until
- * its integral has the missing torque dT, the shaft turns by dT/(K_t ki). By the rule ki is 10 A in 5 degrees
- * while the brake is released, for every speed control; a stiffer one keeps its own ki. A heavier shaft needs
- * the same ki. */
+/* The pre-torque is wrong by a fifth of the load, or there is none, and the speed control takes over the
+ * load. Until its integral has the missing torque dT, the shaft turns by dT/(K_t ki). By the rule ki is 10
+ * A per 5 degrees for every speed control while the brake is released; a stiffer speed control keeps its
+ * own ki. A heavier shaft needs the same ki. */
 static void test_the_speed_control_replaces_a_wrong_pre_torque(void)
 {
     static const double shares[] = {1.2, 0.8, 0.5, 0.0, 1.29};
     static const struct {
-        double kp, ki, inertia; /* 0: by the rules */
-        double integral;        /* [A/rad] in force */
+        double kp, ki, inertia; /* 0: values by the rules */
+        double integral;        /* [A/rad] the ki that is active while the brake is released */
     } controls[] = {{3.0, 124.0, 0.02, 124.0},
                     {0.0, 0.0, 0.02, 10.0 / (5.0 * DEGREE)},
                     {0.0, 0.0, 0.06, 10.0 / (5.0 * DEGREE)},

@@ -1,12 +1,12 @@
-/* The faults of rig and plant, set on a running drive: each acts at its instant, reaches the drive through
- * the chip as on a board, can be removed, and changes no bit while it is not set. Other tests judge the
- * reaction of the drive. */
+/* The faults of simulation and plant, set on a running drive. Each fault acts at its instant, reaches the
+ * drive through the chip as on a board, can be removed, and changes no bit while it is not set. Other
+ * tests judge the reaction of the drive. */
 #include "hal/f28335/qep.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 
-/* By the encoder at this speed, `seconds` after the switch was closed. */
+/* Runs with the encoder at this speed, `seconds` after the drive was switched on. */
 static void running(double fidelity, double rpm, double seconds)
 {
     rig_free(rig);
@@ -22,10 +22,10 @@ static void running(double fidelity, double rpm, double seconds)
     run_expect_no_fault(rig);
 }
 
-/* ---- none ---- */
+/* ---- no fault ---- */
 
-/* Every such row, set to its present value: the result has the same bits as if any other row were set to its
- * present value. */
+/* Each row of a fault is set to its present value; the result must have the same bits as if another row
+ * had been set to its present value. */
 static void test_rows_without_a_fault_change_no_bit(void)
 {
     static const char *const rows[] = {"leg_a_drop",
@@ -79,8 +79,8 @@ static void test_single_switches_and_mean_voltages_refuse_each_other(void)
     run_puts(rig, "open_switches=0 fidelity=1");
 }
 
-/* In the middle of a period, while the lower switch of phase a is on: shoot-through, trip and open gates
- * within that tick. */
+/* One switch of leg a shorts in the middle of a period, while the other one is on. The shoot-through, the
+ * trip and the opening of the gates occur within that tick. */
 static void test_a_switch_that_shorts_trips_the_module_within_the_tick(void)
 {
     running(0.0, 300.0, 0.05);
@@ -107,7 +107,7 @@ static void test_missing_samples_have_the_requested_number(void)
         const uint32_t entries = chip_interrupt_count(&rig_state(rig)->chip, PIE_SEQ1INT);
         run_put(rig, "missing_samples", 3.0);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "missing_samples"));
-        rig_run(rig, 1u); /* the conversion under way at t_k comes */
+        rig_run(rig, 1u); /* the conversion that has begun at t_k is completed */
         TEST_ASSERT_EQUAL_UINT32(entries + 1u, chip_interrupt_count(&rig_state(rig)->chip, PIE_SEQ1INT));
         rig_run(rig, 3u);
         TEST_ASSERT_EQUAL_UINT32(entries + 1u, chip_interrupt_count(&rig_state(rig)->chip, PIE_SEQ1INT));
@@ -116,7 +116,7 @@ static void test_missing_samples_have_the_requested_number(void)
         run_put(rig, "missing_samples", 10000.0);
         rig_run(rig, 5u);
         TEST_ASSERT_EQUAL_UINT32(entries + 8u, chip_interrupt_count(&rig_state(rig)->chip, PIE_SEQ1INT));
-        run_put(rig, "missing_samples", 0.0); /* and they come again */
+        run_put(rig, "missing_samples", 0.0); /* the samples come again */
         rig_run(rig, 10u);
         TEST_ASSERT_UINT32_WITHIN(1u, entries + 18u,
                                   chip_interrupt_count(&rig_state(rig)->chip, PIE_SEQ1INT));
@@ -141,7 +141,7 @@ static void test_a_flipped_bit_is_that_bit_alone_and_flips_back(void)
     TEST_ASSERT_EQUAL_HEX32(was[1], now[1]);
     run_put(rig, "flip_word", (double)word);
     TEST_ASSERT_EQUAL_MEMORY(&before, &rig_state(rig)->app, sizeof before);
-    /* The last word is followed by the first. */
+    /* The word after the last one is the first. */
     const double words = (double)(sizeof before / sizeof(uint32_t));
     run_put(rig, "flip_word", (double)word + words);
     memcpy(now, (const char *)&rig_state(rig)->app + 4u * word, sizeof now);

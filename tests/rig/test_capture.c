@@ -1,5 +1,5 @@
-/* The capture of a running drive against the recorder's tap of the same run: bit for bit, for each trigger.
- */
+/* The capture of a running drive is compared bit for bit with the recording of the same run, for each
+ * trigger. */
 #include "app/app.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
@@ -12,7 +12,7 @@
 static const char *const signals[COLUMNS] = {"i_a",     "i_q", "u_dc",      "theta_e",
                                              "omega_m", "u_q", "theta_hat", "encoder_count"};
 
-static uint32_t seen[SEEN][TAPPED]; /* of the last periods, each in place of `period` */
+static uint32_t seen[SEEN][TAPPED]; /* the last periods, each at the index period modulo SEEN */
 
 static void keep(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {
@@ -62,8 +62,8 @@ static void arm(const char *on, const char *source, double level, uint32_t after
     TEST_ASSERT_TRUE(is("armed"));
 }
 
-/* The record as the line reads it: 512 periods of eight signals, the newest one this number of periods after
- * the trigger: each slot as the tap has seen it. */
+/* Reads the record over the line: 512 periods of eight signals, of which the newest is this number of
+ * periods after the trigger. Each value must be that of the recording. */
 static void expect_held(uint32_t at, uint32_t after)
 {
     TEST_ASSERT_TRUE(is("held"));
@@ -94,13 +94,13 @@ static uint32_t now(void)
     return (uint32_t)rig_value(rig, "period");
 }
 
-/* A reference that rises, or an unexpected load: the trigger is in the first period in which the level is
- * passed. */
+/* A reference rises, or an unexpected load is put on: the trigger is in the first period in which the
+ * signal passes the level. */
 static void test_a_signal_that_passes_its_level_triggers_in_its_own_period(void)
 {
     static const struct {
         const char *on, *row;
-        double level, value; /* [r/min]; of the row that changes */
+        double level, value; /* [r/min]; value of the row that changes */
         uint32_t after;
     } cases[] = {{"above", "speed_request", 350.0, 400.0 * RPM, 256u},
                  {"below", "load_torque", 280.0, 0.5 * RUN_TORQUE(10.0 * RUN_LIMIT_SHARE), 100u}};
@@ -123,7 +123,8 @@ static void test_a_signal_that_passes_its_level_triggers_in_its_own_period(void)
     }
 }
 
-/* A fault of the step, with the coasting after it; its reset leaves what was requested. */
+/* The step detects the fault, and the motor coasts after it. The reset of the fault keeps the captured
+ * signals and settings. */
 static void test_fault_triggers_and_its_reset_leaves_the_capture(void)
 {
     arm("above", "omega_m", 1e6, 200u);
@@ -144,7 +145,7 @@ static void test_fault_triggers_and_its_reset_leaves_the_capture(void)
     expect_held(fault, 200u);
 }
 
-/* Between two steps: the power module's line. */
+/* The fault line of the power module acts between two steps. */
 static void test_trip_triggers_with_the_step_before_it(void)
 {
     arm("command", "omega_m", 0.0, 0u);
@@ -156,7 +157,8 @@ static void test_trip_triggers_with_the_step_before_it(void)
     expect_held(before, 0u);
 }
 
-/* At the fault the ring is held by another trigger: the ring remains, and the fault has no history. */
+/* At the time of the fault the buffer already holds the record of another trigger: this record remains,
+ * and the fault has no history. */
 static void test_fault_leaves_what_is_held_already(void)
 {
     arm("command", "omega_m", 0.0, 0u);

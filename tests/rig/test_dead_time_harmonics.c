@@ -1,13 +1,13 @@
-/* Dead time 3 us at 100 r/min and 5 N m: the rest of the 5th and 7th harmonic of the phase current with
- * compensation. */
+/* The compensation of the dead time reduces the 5th and the 7th harmonic of the phase current. The drive
+ * has a dead time of 3 us, a speed of 100 r/min and a load of 5 N m. */
 #include "tests/rig/run.h"
 
 typedef struct {
     double first, fifth, seventh; /* [A] amplitudes */
 } harmonics_t;
 
-/* Fourier sums over the rotor angle instead of time, so that speed ripple does not smear the lines; ten
- * electrical turns. */
+/* Computes Fourier sums over the rotor angle instead of the time, so that the ripple of the speed does not
+ * smear the lines; the window is ten electrical turns. */
 static harmonics_t measure(double compensation)
 {
     const int order[3] = {1, 5, 7};
@@ -55,7 +55,7 @@ static void test_compensation_takes_at_least_four_fifths_of_5th_and_7th_away(voi
             with.first, 1e3 * without.fifth, 1e3 * with.fifth, 1e3 * without.seventh, 1e3 * with.seventh);
         TEST_ASSERT_TRUE_MESSAGE(without.fifth > 5.0 * with.fifth, message);
         TEST_ASSERT_TRUE_MESSAGE(without.seventh > 5.0 * with.seventh, message);
-        /* The fundamental carries load and friction either way. */
+        /* The fundamental carries load and friction with and without compensation. */
         TEST_ASSERT_DOUBLE_WITHIN(0.05, 6.32 / (1.5 * 4.0 * 0.183), with.first);
         TEST_ASSERT_DOUBLE_WITHIN(0.05, 6.32 / (1.5 * 4.0 * 0.183), without.first);
     }

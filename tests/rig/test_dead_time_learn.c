@@ -1,16 +1,18 @@
-/* The dead time is assumed to be 40 % less or more than it is, of the drop as well, on the real inverter:
- * the learnt value, the time that learning takes, and the improvement of the estimate. */
+/* The configured dead time and drop are 40 % too small or too large, on the real inverter. The tests
+ * measure the learnt value, the time that learning takes, and the improvement of the estimate. */
 #include <math.h>
 
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 
-/* Requirements at 100 r/min: within 5 % after 1.5 s, then a mean of 2 and an SD of 6 mrad; at 50 r/min: 2.5
- * s, 12 mrad. If the board's limit is lower, the load is lower, too. Limits: of the means four standard
- * deviations, of times and SD the mean and four of them, over 22 seeds, and no less than the kit's. Those
- * seeds were of the sixth harmonic: of the twelfth the noise is half as large again (docs/theory.md, 25), and
- * so are the limits of mean, SD and voltage without load; times below a second have 0.25 to 0.4 s more,
- * because what may be chance is left out. */
+/* The required accuracy at 100 r/min is 5 % after 1.5 s, then a mean of 2 mrad and an SD of 6 mrad; at 50
+ * r/min it is 5 % after 2.5 s and a mean of 12 mrad. If the current limit of the board is lower, the load
+ * is lower, too. The limits come from 22 seeds: four standard deviations for a mean, and the mean plus
+ * four standard deviations for a time or an SD. They are at least as large as the values of the kit. The
+ * seeds were measured while the drive used the sixth harmonic; the twelfth has 1.5 times its noise
+ * (docs/theory.md, 25), and the limits of mean, SD and voltage without load are larger by this factor.
+ * Times below a second have 0.25 to 0.4 s more, because the drive does not use measurements that may be
+ * noise. */
 #define RATED (RUN_LIMIT_SHARE * 5.0) /* [N m] */
 
 #define SENSORLESS 1.0
@@ -18,7 +20,8 @@
 
 static const double factors[] = {0.6, 1.4};
 
-/* The drive assumes this share of the effective dead time (through the delays) and of the drop. Staged. */
+/* The drive assumes this share of the effective dead time (by way of the delays) and of the drop. The
+ * parameters are staged. */
 static void assume(rig_t *rig, double share)
 {
     const double dead_time = rig_value(rig, "dead_time");
@@ -30,7 +33,7 @@ static void assume(rig_t *rig, double share)
     run_times(rig, "device_drop", share);
 }
 
-/* What a leg loses [V] by the plant's own rows: the truth of dead_time_hat. */
+/* The loss of a leg [V] by the parameters of the plant, which is the true value of dead_time_hat. */
 static double truth(rig_t *rig)
 {
     const double effective = rig_value(rig, "dead_time") + rig_value(rig, "plant.turn_on_delay") -
@@ -44,12 +47,12 @@ static double learnt_share(rig_t *rig)
     return rig_value(rig, "dead_time_hat") / truth(rig);
 }
 
-/* At this speed and load, with the right dead time, and without learning. */
+/* A drive at this speed and load, with the right dead time and without learning. */
 static rig_t *running(double rpm, double load, double source)
 {
     const double rpm_loading = copysign(300.0, rpm);
     rig_t *rig = run_rig(7);
-    run_put(rig, "fallback_speed", 3.0); /* 50 r/min by the estimate, not in a forced frame */
+    run_put(rig, "fallback_speed", 3.0); /* 50 r/min use the estimate and not a forced frame */
     run_put(rig, "position_source", source);
     run_parameter(rig, "dead_time_adaptation", 0.0);
     run_real_under_load(rig, rpm, rpm_loading, load);
@@ -58,8 +61,8 @@ static rig_t *running(double rpm, double load, double source)
     return rig;
 }
 
-/* Time from which on, until the end of this number of seconds, the voltage is within 5 % [s]; -1: it is not.
- */
+/* Runs for this number of seconds, and returns the time [s] from which on the voltage is within 5 % until
+ * the end; -1 if there is none. */
 static double until_known(rig_t *rig, double seconds)
 {
     double since = -1.0;
@@ -74,7 +77,7 @@ static double until_known(rig_t *rig, double seconds)
     return since;
 }
 
-/* From one period to the next the assumption is wrong, and learning begins. */
+/* The assumed value becomes wrong from one period to the next, and learning begins. */
 static double learn(rig_t *rig, double share, double seconds)
 {
     assume(rig, share);
@@ -82,7 +85,7 @@ static double learn(rig_t *rig, double share, double seconds)
     return until_known(rig, seconds);
 }
 
-/* At 100 r/min the offsets of the sensors are trimmed; at 50 r/min they are not. */
+/* At 100 r/min the drive trims the offsets of the sensors, at 50 r/min it does not. */
 static void trim(rig_t *rig, double rpm)
 {
     run_parameter(rig, "position_source", SENSORLESS);
@@ -92,18 +95,19 @@ static void trim(rig_t *rig, double rpm)
     run_seconds(rig, 2.0);
 }
 
-/* From 1.4 the EMF of 7.7 V at 100 r/min has 4.1 V less along the current: by the estimate the rotor is lost
- * there. From the speed on at which the drive itself would hand over, it is not: but without load the speed
- * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is assumed. Then
- * the current passes zero and the speed is wrong, most measurements do not count, and the others are
- * inaccurate: half of 40 tries succeed within 0.9 s, the slowest after 1.4 s. At 50 r/min by the estimate it
- * would be lost before it is learnt; after that it is the estimate that turns the frame. The kit's mean there
- * is 2.2; the default board's without load is 3.3 +- 1.7 over 20 runs. */
+/* With an assumed share of 1.4 the EMF of 7.7 V at 100 r/min has an error of 4.1 V along the current, and
+ * a drive on the estimate would lose the rotor. At and above the speed at which the drive hands over, it
+ * does not lose it. Without load the speed may oscillate about its reference, three times a second and
+ * with 300 mrad, until the assumed share is below 1.2. The current then passes zero, the speed is wrong,
+ * most measurements do not count, and the others are inaccurate: half of 40 tries succeed within 0.9 s,
+ * the slowest after 1.4 s. At 50 r/min on the estimate the rotor would be lost before the dead time is
+ * learnt; therefore the drive learns with the encoder and uses the estimate afterwards. The mean of the
+ * kit at 50 r/min is 2.2 mrad; that of the default board without load is 3.3 +- 1.7 mrad over 20 runs. */
 static const struct {
-    double share;       /* assumed */
-    double rpm, source; /* while it learns */
-    double within[2];   /* [s] without load and with */
-    double mean[2], sd; /* [mrad], after that by the estimate */
+    double share;       /* assumed share of the dead time */
+    double rpm, source; /* speed and source of the angle while the drive learns */
+    double within[2];   /* [s] time of learning without and with load */
+    double mean[2], sd; /* [mrad] angle error of the estimate after learning */
 } lessons[] = {
     {0.6, 100.0, SENSORLESS, {1.3, 0.9}, {6.6, 6.6}, 2.7}, {1.4, 100.0, ENCODER, {0.9, 0.9}, {4.9, 4.9}, 3.3},
     {1.4, 150.0, SENSORLESS, {2.0, 0.9}, {5.6, 5.6}, 2.8}, {0.6, 50.0, ENCODER, {2.2, 1.9}, {10.1, 5.9}, 4.6},
@@ -134,8 +138,8 @@ static void test_a_wrong_dead_time_is_learnt(void)
     }
 }
 
-/* Down to 20 r/min at load; the value learnt at 100 r/min remains. At 30 r/min the SD is 7.3 +- 0.5 mrad over
- * 12 seeds. */
+/* The speed goes down to 20 r/min under load, and the value learnt at 100 r/min remains. At 30 r/min the
+ * SD is 7.3 +- 0.5 mrad over 12 seeds. */
 static void test_staircase_to_20_rpm(void)
 {
     static const double stairs[] = {150.0, 100.0, 50.0, 30.0, 20.0};
@@ -152,7 +156,7 @@ static void test_staircase_to_20_rpm(void)
             const run_error_t err = run_error(rig, 3.0);
             const char *const message = run_say("from %.1f, %.0f r/min: mean %.2f, SD %.2f mrad, V %.3f",
                                                 factors[n], stairs[k], err.mean, err.sd, learnt_share(rig));
-            TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 5.6, message); /* asked: 20 */
+            TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 5.6, message); /* the requirement is 20 mrad */
             TEST_ASSERT_TRUE_MESSAGE(err.sd <= 9.3, message);
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * stairs[k], stairs[k], err.speed_mean);
             TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
@@ -162,7 +166,7 @@ static void test_staircase_to_20_rpm(void)
     }
 }
 
-/* A rotor so light that its speed follows every torque. Staged. */
+/* Makes the rotor so light that its speed follows every torque. The parameters are staged. */
 static void light(rig_t *rig)
 {
     run_put(rig, "inertia", 0.003 * RUN_LIMIT_SHARE);
@@ -172,7 +176,7 @@ static void light(rig_t *rig)
     run_put(rig, "feedforward_cutoff", 125.0);
 }
 
-/* The rig's rotor or the light one, at standstill; no parameters are applied yet. */
+/* A drive with the rotor of the test rig or the light one at standstill; no parameters are applied yet. */
 static rig_t *standing(bool is_light)
 {
     rig_t *rig = run_rig(7);
@@ -186,7 +190,7 @@ static rig_t *standing(bool is_light)
     return rig;
 }
 
-/* From this angle [rad] to this speed under this load, without an encoder and with learning. */
+/* Starts from this angle [rad] to this speed under this load, without an encoder and with learning. */
 static void start(rig_t *rig, double theta, double rpm, double load)
 {
     run_put(rig, "dead_time_adaptation", 6.0);
@@ -198,14 +202,15 @@ static void start(rig_t *rig, double theta, double rpm, double load)
     run_on(rig, rpm);
 }
 
-/* From standstill to 100 r/min, where by the rule a forced frame turns together with the estimate: the drive
- * learns during the acceleration and at that speed. Requirements: within 5 % after 1.5 s (the worst of 58
- * runs has 1.1 s); a mean of 2 mrad, which is the light rotor's rms without load; and an SD of 6 mrad.
+/* The start leads from standstill to 100 r/min, where by the rule a forced frame rotates together with the
+ * estimate; the drive learns during the acceleration and at the final speed. The learnt value must be within
+ * 5 % after 1.5 s (the worst of 58 runs needs 1.1 s). The angle error may have a mean of 2 mrad, which is the
+ * rms of the light rotor without load, and an SD of 6 mrad.
  *
- * With a dead time assumed too large by this share, not every try starts the rig's rotor under the rated
- * load, nor do the kit's 6.3 A always start a light one: of 24 seeds 15 started at the first try, 7 at
- * another, and 2 were given up (docs/not_there.md). There the drive has either learnt the value or reports a
- * stall. */
+ * With a dead time that is assumed too large by this share, not every try starts the rotor of the test rig
+ * under the rated load, and the 6.3 A of the kit do not always start a light rotor: of 24 seeds 15 started
+ * at the first try, 7 at a later one, and 2 gave up (docs/not_there.md). The drive must have learnt the
+ * value or report a stall. */
 static void expect_started_or_given_up(rig_t *rig)
 {
     run_seconds(rig, 8.0);
@@ -255,8 +260,9 @@ static void test_a_start_to_100_rpm_learns_it(void)
     }
 }
 
-/* A rotor of negligible inertia on a current that turns slowly: its own frequency, 19 Hz at 10 A, is near six
- * times the electrical one, and what it swings looks like dead time. A known value remains. */
+/* A rotor of negligible inertia follows a current that rotates slowly. Its natural frequency, 19 Hz at 10
+ * A, is near six times the electrical frequency, so that its oscillation resembles dead time. A learnt
+ * value must not change. */
 static void test_a_light_rotor_in_a_slow_forced_frame_teaches_nothing_wrong(void)
 {
     static const double speeds[] = {50.0, 60.0, 70.0, 80.0};

@@ -1,30 +1,31 @@
-/* A debugger on the drive: the values that it reads, and the effects of its halts, its real-time mode and its
- * restarts on bridge and motor. It halts between two steps of the rig, and what it writes goes over the bus
- * as software's does. */
+/* A debugger on the drive: the values that it reads, and the effects of its halts, its real-time mode and
+ * its restarts on bridge and motor. It halts between two steps of the simulation; its writes use the bus
+ * as those of the software do. */
 #include "hal/f28335/bus.h"
 #include "hal/f28335/pwm.h"
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 
-#define ALL_UPPER   0x15u /* as in RIG_EDGE_GATES */
+#define ALL_UPPER   0x15u /* bits as in RIG_EDGE_GATES */
 #define ALL_LOWER   0x2Au
 #define ZERO_VECTOR (BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR ? ALL_UPPER : ALL_LOWER)
 #define ALL_TRIPPED 0x7u
-#define LATE_LIMIT  3u                                        /* [periods] in succession are a fault */
-#define WATCHDOG    (256.0 * 512.0 * 64.0 / BOARD_CRYSTAL_HZ) /* [s] SPRUFB0, slowest prescaler */
+#define LATE_LIMIT  3u /* [periods] successive late samples are a fault */
+/* [s] time-out by SPRUFB0 with the slowest prescaler. */
+#define WATCHDOG (256.0 * 512.0 * 64.0 / BOARD_CRYSTAL_HZ)
 
 static rig_t *rig;
 
 static struct {
-    uint64_t tick; /* [ticks] of the last change */
+    uint64_t tick; /* [ticks] time of the last change of a gate */
     uint32_t gates, tripped;
-    uint32_t changes;       /* [-] of the gates */
+    uint32_t changes;       /* [-] number of changes of the gates */
     uint32_t on_after_trip; /* [-] changes that turned a gate on after all legs had been tripped */
-    uint32_t all_tripped;   /* [-] all legs have been tripped since the watch began */
-    uint32_t converted;     /* [-] conversions begun */
-    uint32_t early;         /* [-] interrupts before the first of them */
-    uint32_t entered;       /* [-] interrupts */
+    uint32_t all_tripped;   /* [-] whether all legs have been tripped since the begin of the recording */
+    uint32_t converted;     /* [-] number of conversions begun */
+    uint32_t early;         /* [-] interrupts before the first conversion */
+    uint32_t entered;       /* [-] number of interrupts */
 } seen;
 
 static void see(void *context, uint64_t tick, uint32_t what, uint32_t value)
@@ -71,7 +72,7 @@ static plant_t *plant(void)
     return &rig_state(rig)->plant;
 }
 
-/* This number of ticks pass for chip and motor, and the background does not complete a pass. */
+/* Chip and motor run for this number of ticks, in which the background does not complete a pass. */
 static void pass_ticks(uint64_t ticks)
 {
     rig_bind(rig);
@@ -115,7 +116,7 @@ static double speed(void)
     return plant()->omega_m / RPM;
 }
 
-/* Running at a speed that a dynamometer keeps. */
+/* Runs at a speed that a dynamometer holds. */
 static void run_held_at(double rpm)
 {
     run_put(rig, "shaft_locked", 1.0);
@@ -167,7 +168,7 @@ static void test_a_halt_ends_in_one_zero_vector_at_the_next_counter_zero(void)
     }
 }
 
-/* Slow enough that the short-circuit current, 4.5 A, trips nothing else. */
+/* The speed is so low that the short-circuit current, 4.5 A, causes no other trip. */
 static void test_after_a_halt_the_drive_reports_late_and_opens_the_gates(void)
 {
     static const double length[] = {3e-3, 0.05, 0.5};
@@ -199,7 +200,7 @@ static void test_after_a_halt_a_current_over_its_trip_opens_the_gates_with_the_f
     run_put(rig, "friction_coulomb", 0.0);
     run_put(rig, "params.current_limit", 2.0);
     run_parameter(rig, "overcurrent_trip", 3.0);
-    run_held_at(60.0); /* 4.5 A when shorted */
+    run_held_at(60.0); /* the short-circuit current is 4.5 A */
     halt_at(0.4);
     pass_seconds(0.2);
     const uint32_t before = samples();
@@ -227,14 +228,14 @@ static void test_a_halt_with_gates_off_keeps_them_off(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, current());
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
-    run_on(rig, 300.0); /* and nothing is left of it */
+    run_on(rig, 300.0); /* the halt has no lasting effect */
     run_seconds(rig, 0.3);
     run_expect_no_fault(rig);
 }
 
 /* ---- Real-time mode ---- */
 
-/* The writes of an engineer in the register view before a halt of the background. */
+/* Makes the writes of an engineer in the register view before the background is halted. */
 static void let_the_carrier_run_through_halts(void)
 {
     rig_bind(rig);
@@ -248,7 +249,7 @@ static void run_real_time(void)
     run_put(rig, "inertia", 0.003);
     run_to_ready(rig);
     run_on(rig, 600.0);
-    run_parameter(rig, "background_time_max", 0.0); /* the background alone is halted */
+    run_parameter(rig, "background_time_max", 0.0); /* in this test the background alone is halted */
     run_seconds(rig, 0.8);
     run_expect_no_fault(rig);
     chip_debug_realtime(chip(), true);
@@ -275,14 +276,14 @@ static void test_a_real_time_halt_stops_the_background_and_leaves_the_drive_runn
     TEST_ASSERT_DOUBLE_WITHIN(1.0, periods, samples() - before);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, lowest);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, highest);
-    /* compares single periods: both contain the noise of the speed */
+    /* Single periods are compared: both contain the noise of the speed. */
     TEST_ASSERT_DOUBLE_WITHIN(0.4, torque_current, rig_value(rig, "i_q_ref"));
     TEST_ASSERT_DOUBLE_WITHIN(0.5, torque_current, largest);
     run_expect_no_fault(rig);
-    TEST_ASSERT_FALSE(chip_halted(chip())); /* by the watchdog, which was not fed */
+    TEST_ASSERT_FALSE(chip_halted(chip())); /* the watchdog, which was not served, has reset the chip */
 
     chip_debug_run(chip());
-    run_seconds(rig, 5.0 * WATCHDOG); /* the background feeds it again */
+    run_seconds(rig, 5.0 * WATCHDOG); /* the background serves the watchdog again */
     run_expect_no_fault(rig);
     TEST_ASSERT_FALSE(chip_halted(chip()));
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, speed());
@@ -297,7 +298,7 @@ static void test_a_request_written_during_a_real_time_halt_acts(void)
     pass_seconds(0.8);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 300.0, speed());
     app->drive.requests.enable = 0;
-    pass_periods(2u * DRIVE_WINDOW + 2u); /* this window, the next, and a period */
+    pass_periods(2u * DRIVE_WINDOW + 2u); /* the rest of this window, the next window, and a period */
     TEST_ASSERT_TRUE(chip_tripped(chip(), PWM_LEADER));
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
 }

@@ -1,9 +1,9 @@
-/* A drive that runs without an encoder does not read it: two rigs, one of them with a broken encoder, give
- * the same bits. */
+/* A drive that runs without an encoder does not read it: two simulations, one of them with a broken
+ * encoder, give the same bits. */
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 
-/* A cold start, a load, another speed, a reversal and a stop, all without the encoder. */
+/* One part of a run without the encoder: a cold start, a load, another speed, a reversal and a stop. */
 static void next_part_of_a_run(rig_t *of, uint32_t n)
 {
     switch (n) {
@@ -25,7 +25,7 @@ static void next_part_of_a_run(rig_t *of, uint32_t n)
     }
 }
 
-/* The next period of both; every signal is the same to the bit but those of the encoder itself. */
+/* Runs the next period of both; every signal except those of the encoder must be the same to the bit. */
 static void expect_same_period(rig_t *one, rig_t *other, const table_t *signals)
 {
     static const char *const of_encoder[] = {"encoder_count", "encoder_theta_e", "encoder_omega_e",
@@ -46,8 +46,8 @@ static void expect_same_period(rig_t *one, rig_t *other, const table_t *signals)
     }
 }
 
-/* The same rig with an encoder that hardly counts, four counts a turn in place of 10000, and from the
- * reversal on with one whose two tracks sometimes change at once. */
+/* The second simulation has an encoder with four counts per turn instead of 10000; from the reversal on it
+ * has an encoder whose two tracks sometimes change at once. */
 static void test_without_the_encoder_no_signal_depends_on_its_count(void)
 {
     const table_t *signals = NULL;
@@ -80,10 +80,10 @@ static void test_without_the_encoder_no_signal_depends_on_its_count(void)
         fastest = fmin(fastest, rig_value(rig, "true_omega_m"));
     }
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state")); /* the stop ended */
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state")); /* the stop has ended */
     TEST_ASSERT_TRUE(ran > 295.0 * RPM);
     TEST_ASSERT_TRUE(fastest < -295.0 * RPM);
-    TEST_ASSERT_TRUE(apart > 100.0); /* [rad/s]: the two encoders do not show the same */
+    TEST_ASSERT_TRUE(apart > 100.0); /* [rad/s] the encoders show different speeds */
     TEST_ASSERT_TRUE(seen > 0u);
     rig_free(broken);
 }

@@ -1,11 +1,11 @@
-/* Ideal sensors (`sensors` = exact): the drive gets the true values at t_k, in every period and in every
- * order of switching. The conversion of a current by the ADC, and the period in which each edge acts:
- * tests/board/test_gates.c; the currents that follow from the edges: test_oracle.c. */
+/* Ideal sensors (`sensors` = exact): the drive receives the true values at t_k, in every period and for
+ * every order of switching. tests/board/test_gates.c tests the conversion of a current by the ADC and the
+ * period in which each edge acts; test_oracle.c tests the currents that follow from the edges. */
 #include "tests/rig/run.h"
 
 #define SENSORS_EXACT 1.0
 
-/* Turning at this speed already, under 5 N m, not yet enabled. */
+/* A motor that already turns at this speed under 5 N m; the drive is not enabled yet. */
 static rig_t *turning(double rpm)
 {
     rig_t *rig = run_rig(61);
@@ -20,7 +20,8 @@ static rig_t *turning(double rpm)
 static const char *const sampled[] = {"i_a", "i_b", "i_c"};
 static const char *const truths[] = {"true_i_a", "true_i_b", "true_i_c"};
 
-/* All errors of the sensors, a link that changes, every gate edge: none of them has an effect. */
+/* All errors of the sensors are set, the link voltage changes, and every gate edge is simulated: none of
+ * this has an effect on the samples. */
 static void test_exact_samples_have_no_sensor_error(void)
 {
     rig_t *rig = turning(700.0);
@@ -34,7 +35,7 @@ static void test_exact_samples_have_no_sensor_error(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_b"));
     run_put(rig, "enable", 1.0);
     for (uint32_t n = 0; n < 3000u;
-         n++) { /* compares bits, not numbers: the drive has a copy of the true value */
+         n++) { /* compares bits and not numbers, because the drive has a copy of the true value */
         rig_step(rig);
         for (uint32_t k = 0; k < BOARD_CURRENT_SENSORS; k++) {
             TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, truths[k]), rig_value(rig, sampled[k]));
@@ -42,6 +43,6 @@ static void test_exact_samples_have_no_sensor_error(void)
         TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, "true_u_dc"), rig_value(rig, "u_dc"));
     }
     run_expect_no_fault(rig);
-    TEST_ASSERT_TRUE(fabs(rig_value(rig, "true_u_dc") - 311.0) > 0.5); /* the link did move */
+    TEST_ASSERT_TRUE(fabs(rig_value(rig, "true_u_dc") - 311.0) > 0.5); /* the link voltage did change */
     rig_free(rig);
 }

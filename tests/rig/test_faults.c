@@ -1,6 +1,6 @@
-/* Encoder tracks that jump, a quick stop without the encoder, a bridge that comes on at speed, and a
- * background that stalls. The requirements of the fault matrix (host_sim/lab/matrix_table.h) are not tested
- * here. */
+/* Jumping encoder tracks, a quick stop without the encoder, a bridge that turns on at speed, and a
+ * background task that stalls. The requirements of the fault matrix (host_sim/lab/matrix_table.h) are not
+ * tested here. */
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
@@ -16,13 +16,13 @@ void setUp(void)
     run_expect_no_fault(rig);
 }
 
-/* Four whole turns between two samples of the eQEP: more counts than its clock has cycles since then, so that
- * both tracks changed within one. The angle is the same, and the counter follows the tracks modulo 4: it
- * loses the motion of the shaft between the two samples, up to the 10 counts of a period, and only the phase
- * error shows this. */
+/* The shaft jumps by four whole turns between two samples of the eQEP. That is more counts than its clock
+ * has had cycles, so that both tracks have changed within one cycle. The angle is the same as before, and
+ * the counter follows the tracks modulo 4. It loses the motion of the shaft between the two samples, up to
+ * 10 counts per period, and only the phase error shows this. */
 #define JUMP (4.0 * 2.0 * 3.14159265358979323846) /* [rad] mechanical */
 
-/* The step that detects it is one of the next two: the flag is set for one period. */
+/* One of the next two steps detects it: the flag is set for one period. */
 static void expect_phase_error_seen_once(void)
 {
     uint32_t seen = 0;
@@ -52,7 +52,7 @@ static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
     TEST_ASSERT_EQUAL_DOUBLE((double)REASON_ENCODER_PHASE, rig_value(rig, "fault_reason"));
     TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_FAULT, rig_value(rig, "state"));
     run_seconds(rig, 0.02);
-    /* gates open, EMF of 46 V far below the DC link: no current */
+    /* The gates are open, and the EMF of 46 V is far below the DC link: no current flows. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
     TEST_ASSERT_DOUBLE_WITHIN(0.5 * lost + 0.004, -0.5 * lost, encoder_error()); /* a count is 2.5 mrad */
@@ -65,7 +65,7 @@ static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
     run_expect_no_fault(rig);
 }
 
-/* The encoder is plugged in: the drive reports it, and it is no fault while the bridge is off. */
+/* The encoder is plugged in while the bridge is off: the drive reports this, and it is no fault. */
 static void test_encoder_tracks_may_jump_while_the_bridge_is_off(void)
 {
     run_put(rig, "enable", 0.0);
@@ -80,7 +80,8 @@ static void test_encoder_tracks_may_jump_while_the_bridge_is_off(void)
     run_expect_no_fault(rig);
 }
 
-/* The last rad/s pass in 5 ms; the estimate is not blind for long enough to count as lost. */
+/* The last rad/s passes within 5 ms, during which the estimate is not without an EMF for long enough to be
+ * reported as lost. */
 static void test_quick_stop_without_the_encoder_ends_ready_too(void)
 {
     run_parameter(rig, "position_source", 1.0);
@@ -95,9 +96,9 @@ static void test_quick_stop_without_the_encoder_ends_ready_too(void)
 static void test_switching_on_at_speed_makes_no_current_surge(void)
 {
     run_put(rig, "enable", 0.0);
-    rig_run(rig, 3u * DRIVE_WINDOW); /* to the end of this window and one more the bridge is on */
+    rig_run(rig, 3u * DRIVE_WINDOW); /* at the end of this window and one more the bridge is on */
     rig_set_motion(rig, 0.0, 1200.0 * RPM);
-    run_seconds(rig, 0.1); /* the tracking of the encoder settles */
+    run_seconds(rig, 0.1); /* the tracking loop of the encoder settles */
     run_puts(rig, "friction_coulomb=0 mode=1 enable=1");
     double peak = 0.0;
     for (int n = 0; n < 200; n++) {
@@ -109,10 +110,10 @@ static void test_switching_on_at_speed_makes_no_current_surge(void)
     char message[80];
     snprintf(message, sizeof message, "largest phase current %.2f A", peak);
     TEST_ASSERT_TRUE_MESSAGE(
-        peak < 1.0, message); /* a zero vector for one period would give 92 V / 12.5 mH x 100 us = 0.74 A */
+        peak < 1.0, message); /* a zero vector of one period would give 92 V / 12.5 mH x 100 us = 0.74 A */
 }
 
-/* In 0.1 s (background_time_max); the drive brakes in the rest of the watchdog's time. */
+/* The limit is 0.1 s (background_time_max); the drive brakes within the rest of the watchdog's time. */
 static void test_a_background_that_stalls_brings_the_motor_to_a_stop(void)
 {
     run_put(rig, "background_time", 0.6);

@@ -1,27 +1,29 @@
-/* The inductance learnt in the closed loop, without encoder: assumed a fifth too small or too large, beside
- * other values that are wrong, on a heavy and on a light rotor; the ripple that it adds; and what it must not
- * learn from. */
+/* The inductance is learnt in closed loop, without an encoder. The configured value is a fifth too small
+ * or too large, and other values may be wrong too, on a heavy and on a light rotor. The tests measure the
+ * learnt value and the ripple that learning adds, and check the conditions in which the drive must not
+ * learn. */
 #include <complex.h>
 
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 
-/* Whether a light rotor teaches its L below 120 r/min: with two current sensors (docs/theory.md, section 24).
- */
+/* True if the drive learns L with a light rotor below 120 r/min, which requires two current sensors
+ * (docs/theory.md, section 24). */
 #define LIGHT_AND_SLOW (BOARD_CURRENT_SENSORS == 2)
 
 #define L_TRUE 12.5e-3                               /* [H] */
 #define LOAD   (5.0 * RUN_LIMIT_SHARE)               /* [N m] */
-#define DITHER (33.0 * 2.0 * 3.14159265358979323846) /* [rad/s] */
+#define DITHER (33.0 * 2.0 * 3.14159265358979323846) /* [rad/s] frequency of the dither */
 
 #define J ((double complex)I)
 
 typedef struct {
     const char *row;
-    double factor; /* or value */
+    double factor; /* a factor or a value */
 } wrong_t;
 
-/* A rotor so light that its speed follows every torque, with a loop as fast as it requests. */
+/* A rotor so light that its speed follows every torque, with a tracking loop as fast as this rotor
+ * requires. */
 static void light_rotor(void)
 {
     run_put(rig, "inertia", 0.003 * RUN_LIMIT_SHARE);
@@ -30,7 +32,7 @@ static void light_rotor(void)
     run_puts(rig, "pll_bandwidth=400 feedforward_cutoff=125");
 }
 
-/* These values become wrong gradually, so that a light rotor does not lose the frame. */
+/* The values become wrong in this number of steps, so that a light rotor keeps its lock. */
 #define STEPS 20
 static void go_wrong(double assumed, const wrong_t *wrong)
 {
@@ -45,7 +47,7 @@ static void go_wrong(double assumed, const wrong_t *wrong)
     }
 }
 
-/* Under load at this speed, with these values wrong; it does not learn yet. */
+/* Brings the drive to this speed under load with these values wrong; learning is still off. */
 static void to_speed(bool light, double rpm, double assumed, const wrong_t *wrong)
 {
     const double start = fabs(rpm) < 300.0 ? copysign(300.0, rpm) : rpm;
@@ -78,7 +80,8 @@ static double ratio(void)
     return rig_value(rig, "inductance_hat") / L_TRUE;
 }
 
-/* This time after learning was switched on: the angle's mean error over half a second [mrad], and L. */
+/* Measures, this time after learning was switched on: the mean error of the angle over half a second
+ * [mrad], and L. */
 static void expect_learnt(bool light, double rpm, double assumed, const wrong_t *wrong, double seconds,
                           double limit, double of_inductance)
 {
@@ -96,10 +99,10 @@ static void expect_learnt(bool light, double rpm, double assumed, const wrong_t 
     run_expect_no_fault(rig);
 }
 
-/* Requirements: 8 mrad at 100 r/min after 6 s, 5 at the others after 3 s, and 1.5 % of L. Limits: four
- * standard deviations over 40 seeds, of the light rotor at 100 r/min 2.6 mrad and 0.9 %, of the others at
- * most 0.72 mrad and 0.3 %: at 100 r/min one run in fifteen has more than 1.5 % of L, and is less sure of it.
- */
+/* The requirements are 8 mrad at 100 r/min after 6 s, 5 mrad at the other speeds after 3 s, and an error
+ * of L of 1.5 %. The limits are four standard deviations over 40 seeds: for the light rotor at 100 r/min
+ * 2.6 mrad and 0.9 %, in the other cases at most 0.72 mrad and 0.3 %. At 100 r/min one run in fifteen has
+ * more than 1.5 % of L; its reported confidence is lower, too. */
 static void test_an_inductance_wrong_by_a_fifth_is_learnt(void)
 {
     static const double speeds[] = {100.0, 300.0, 600.0, 1000.0, 1500.0};
@@ -117,8 +120,8 @@ static void test_an_inductance_wrong_by_a_fifth_is_learnt(void)
     }
 }
 
-/* Where a light rotor swings with the sixth harmonic, 33 to 46 Hz, all frequencies of the dither are near
- * this swing: learning is slower there, and less exact. */
+/* Where the natural frequency of a light rotor coincides with the sixth harmonic, 33 to 46 Hz, all
+ * frequencies of the dither are near it: learning is slower and less accurate there. */
 static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
 {
     if (!LIGHT_AND_SLOW) {
@@ -135,12 +138,13 @@ static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
         run_seconds(rig, 6.0);
         printf("light, %5.0f r/min, L x %.1f: L %+.2f %%\n", rpm, n % 2u ? 1.2 : 0.8,
                100.0 * (ratio() - 1.0));
-        TEST_ASSERT_DOUBLE_WITHIN(0.06, 1.0, ratio()); /* of a hundred runs one 4.5 % */
+        TEST_ASSERT_DOUBLE_WITHIN(0.06, 1.0, ratio()); /* one of a hundred runs has 4.5 % */
     }
 }
 
-/* Requirements: with a wrong R or psi_f 5 mrad; the leg's loss, 2.3 us and 0.875 V, a fifth too small and too
- * large: 6. Limits: the mean of the magnitude and four standard deviations, over 22 seeds. */
+/* The requirements are 5 mrad with a wrong R or psi_f, and 6 mrad if the configured loss of the legs (2.3
+ * us and 0.875 V) is a fifth too small or too large. The limits are the mean of the magnitude and four
+ * standard deviations over 22 seeds. */
 static void test_other_wrong_values_have_no_effect(void)
 {
     static const struct {
@@ -163,9 +167,9 @@ static void test_other_wrong_values_have_no_effect(void)
     }
 }
 
-/* ---- what it costs ---- */
+/* ---- the ripple of the speed by the dither ---- */
 
-/* The speed's swing at the dither's frequency, from peak to peak [r/min]. */
+/* The oscillation of the speed at the frequency of the dither, from peak to peak [r/min]. */
 static void swing(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {
     double complex *sum = context;
@@ -191,6 +195,6 @@ static void test_the_speed_s_ripple_is_small(void)
         const double ripple = 4.0 * cabs(sum) * RIG_PERIOD_SECONDS / 2.0 / RPM;
         printf("%s, %4.0f r/min: the speed swings by %.4f r/min with the dither\n",
                n % 2u ? "light" : "heavy", speeds[n / 2u], ripple);
-        TEST_ASSERT_TRUE(ripple < (n % 2u ? 0.19 : 0.012)); /* asked: 0.4, 0.1 */
+        TEST_ASSERT_TRUE(ripple < (n % 2u ? 0.19 : 0.012)); /* the requirements are 0.4 and 0.1 r/min */
     }
 }

@@ -1,4 +1,4 @@
-/* The rig's C interface: tables, staged parameters, refusals as data and as text. */
+/* The C interface of the simulation: tables, staged parameters, refusals as data and as text. */
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
@@ -32,7 +32,8 @@ static void test_ids_are_unique_over_all_tables_and_every_row_can_be_read(void)
     TEST_ASSERT_NULL(rig_row(99999));
 }
 
-/* The rows of the plant count in the order of their table; recordings and scenarios rely on these two ids. */
+/* The ids of the plant are numbered in the order of its table. Recordings and scenarios depend on them;
+ * two of them are tested. */
 static void test_ids_of_the_plant_stay(void)
 {
     TEST_ASSERT_EQUAL_UINT32(4000, rig_row_by_name("pole_pairs")->id);
@@ -67,13 +68,13 @@ static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_
                              rig_value(rig, "speed_ki")); /* either the whole set is accepted or none of it */
     run_seconds(rig, 0.1);
     run_expect_no_fault(rig);
-    run_put(rig, "current_limit", 0.9 * limit); /* corrected in one set */
+    run_put(rig, "current_limit", 0.9 * limit); /* both are corrected in one set */
     TEST_ASSERT_TRUE(rig_apply(rig));
     TEST_ASSERT_EQUAL_DOUBLE((double)(float)(1.1 * limit), rig_value(rig, "overcurrent_trip"));
     TEST_ASSERT_EQUAL_DOUBLE(3.0, rig_value(rig, "speed_ki"));
 }
 
-/* A value that a float would round to a whole number is not accepted as a whole number, and a number that a
+/* A value that a float would round to a whole number is not accepted as a whole number. A number that a
  * float cannot represent is reported as it was written. */
 static void test_numbers_that_are_none_or_not_whole_are_refused(void)
 {
@@ -86,14 +87,15 @@ static void test_numbers_that_are_none_or_not_whole_are_refused(void)
     TEST_ASSERT_FALSE(rig_put(rig, "params.encoder_lines", 16384.0001));
     expect_refusal("params.encoder_lines", REASON_OUT_OF_RANGE, "whole numbers 16 to 16384");
     TEST_ASSERT_FALSE(rig_put(rig, "enable", 1.00000001));
-    TEST_ASSERT_FALSE(rig_put(rig, "calibration_periods", 4294967296.0 + 512.0)); /* 512 in 32 bits */
+    /* In 32 bits this would be 512. */
+    TEST_ASSERT_FALSE(rig_put(rig, "calibration_periods", 4294967296.0 + 512.0));
 }
 
 typedef struct {
-    char text[2][32]; /* the ends as they are written */
+    char text[2][32]; /* the ends of the range as they are printed */
 } told_t;
 
-/* The range in the last refusal. */
+/* The range in the text of the last refusal. */
 static told_t told_range(void)
 {
     told_t told;
@@ -106,7 +108,7 @@ static told_t told_range(void)
     return told;
 }
 
-/* One more (or less) in the last digit that is written; two digits where the slot cannot represent one. */
+/* The number with its last digit larger (or smaller) by one, or by two if a float cannot represent that. */
 static double one_digit_on(const char *text, double direction)
 {
     char step[40];
@@ -128,8 +130,8 @@ static double one_digit_on(const char *text, double direction)
     return (float)next != (float)written ? next : next + direction * digit;
 }
 
-/* Every settable row of every table, past either end of its range: the ends that are reported are accepted as
- * they are written, and a value beyond them by one digit is not. */
+/* Every settable row of every table is set to a value beyond each end of its range. The reported ends, as
+ * they are printed, are accepted; a value beyond them by one in the last digit is not. */
 static void test_reported_limits_of_every_row_are_accepted_as_they_are_written(void)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {
@@ -153,7 +155,7 @@ static void test_reported_limits_of_every_row_are_accepted_as_they_are_written(v
     }
 }
 
-/* The same for rules between rows, with the limits that they allow. */
+/* Rules between rows report limits, too, which are tested in the same way. */
 static void test_reported_limits_of_rules_are_accepted_as_they_are_written(void)
 {
     static const struct {
@@ -173,7 +175,7 @@ static void test_reported_limits_of_rules_are_accepted_as_they_are_written(void)
         run_put(rig, wrong[n].row, wrong[n].value);
         TEST_ASSERT_FALSE_MESSAGE(rig_apply(rig), wrong[n].row);
         if (rig_error_id(rig) != id) {
-            continue; /* reported with another row of the rule */
+            continue; /* this rule is reported with the other row */
         }
         const told_t told = told_range();
         for (int end = 0; end < 2; end++) {
@@ -218,9 +220,9 @@ static void test_plant_rules_are_judged_too(void)
     TEST_ASSERT_EQUAL_DOUBLE(-3.0, rig_value(rig, "load_torque"));
 }
 
-/* The steps again, on a copy of the estimator: theta_hat of the last period, bit for bit. Without doubtful
- * voltages, which the drive does not hand to estimator_step; with a psi_f that is still far from adapted at
- * the end, so that it matters where the copy starts. */
+/* Repeats the steps on a copy of the estimator: theta_hat of the last period must agree bit for bit. The
+ * run has no uncertain voltages, which the drive does not pass to estimator_step. The adaptation of psi_f
+ * is far from its end, so that the start of the copy matters. */
 static void test_the_estimator_replayed_ends_where_the_drive_is(void)
 {
     void *record = malloc(rig_estimator_size());

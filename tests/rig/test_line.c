@@ -1,13 +1,13 @@
-/* The serial line, the stored pages and the restart through the whole ring: HAL, virtual chip, rig. */
+/* The serial line, the stored pages and the restart in the whole simulation: HAL, virtual chip and plant. */
 #include "hal/hal.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/frames.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 
-#define LINE_SECONDS (10.0 / (double)BOARD_SERIAL_BAUD) /* of an octet */
+#define LINE_SECONDS (10.0 / (double)BOARD_SERIAL_BAUD) /* time of an octet */
 
-/* The slave is connected to another line: this file alone sends and receives on the chip's line. */
+/* The slave uses another line: only this file sends and receives on the line of the chip. */
 static uint32_t nothing_comes(void *context, uint8_t *octets, uint32_t room)
 {
     (void)context;
@@ -51,7 +51,7 @@ static uint32_t reports(void)
     return chip_report_total(chip());
 }
 
-/* The octets that the firmware's background would read now. */
+/* The octets that the background of the firmware would read now. */
 static uint32_t heard(uint16_t octets[16])
 {
     rig_bind(rig);
@@ -62,7 +62,7 @@ static void test_octets_come_through_at_the_line_s_rate(void)
 {
     uint8_t octets[64];
     if (RIG_PERIOD_SECONDS > 16.0 * LINE_SECONDS) {
-        return; /* this test reads once a period */
+        return; /* this test reads once in a period */
     }
     uint16_t got[16];
     uint32_t count = 0;
@@ -117,8 +117,8 @@ static void send(const uint8_t *packet, uint32_t count, uint32_t number)
     }
 }
 
-/* A master that sends two commands of the greatest length in succession, at the speed of the line: no octet
- * is lost while the background waits until both have arrived, at every carrier frequency. */
+/* A master sends two commands of the greatest length in succession at the full rate of the line. No octet
+ * is lost although the background waits until both have arrived, at every carrier frequency. */
 static void test_two_of_the_largest_commands_wait_for_a_background_that_is_late(void)
 {
     const uint8_t connect[2] = {0xFF, 0};
@@ -126,7 +126,7 @@ static void test_two_of_the_largest_commands_wait_for_a_background_that_is_late(
     rig_line(rig, NULL);
     run_seconds(rig, 0.1);
     send(connect, sizeof connect, 0u);
-    put("background_time", 4e-3); /* less than the silence that ends a frame */
+    put("background_time", 4e-3); /* shorter than the silence that ends a frame */
     run_seconds(rig, 40e-3);
     for (uint32_t n = 0; n < 20u; n++) {
         send(packet, sizeof packet, 2u * n + 1u);
@@ -141,8 +141,8 @@ static void test_two_of_the_largest_commands_wait_for_a_background_that_is_late(
     TEST_ASSERT_EQUAL_UINT32(0u, hal_serial_errors());
 }
 
-/* A client that floods the line: the interrupt does not come again and again for octets without room, and
- * what is lost is counted. */
+/* A client floods the line. The interrupt must not be requested without end for octets that do not fit,
+ * and the lost octets are counted. */
 static void test_octets_without_room_are_dropped_and_counted(void)
 {
     static const uint8_t flood[64];
@@ -164,7 +164,7 @@ static void test_octets_without_room_are_dropped_and_counted(void)
     TEST_ASSERT_EQUAL_UINT32(0u, reports());
 }
 
-/* ---- What stays ---- */
+/* ---- Stored pages ---- */
 
 static void program(uint32_t page, uint32_t at, uint16_t word)
 {
@@ -201,7 +201,7 @@ static void test_the_pages_outlive_the_supply_and_the_drive_begins_again(void)
     TEST_ASSERT_TRUE(speed > 1.0);
     TEST_ASSERT_TRUE(value("true_omega_m") > 0.5 * speed && value("true_omega_m") < speed);
     rig_run(rig, 2000u);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, value("state")); /* ready */
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, value("state")); /* the state ready */
     TEST_ASSERT_EQUAL_UINT32(0u, reports());
 }
 
@@ -209,7 +209,7 @@ static void test_the_flash_goes_through_a_file_of_octets(void)
 {
     static uint8_t octets[RIG_FLASH_SIZE], again[RIG_FLASH_SIZE];
     if (BOARD_STORE != BOARD_STORE_FLASH) {
-        return; /* the file is of another memory: tests/board/test_store_memory.c */
+        return; /* this board has another memory: tests/board/test_store_memory.c */
     }
     program(0u, 0u, 0x1234u);
     program(1u, 9u, 0xABCDu);

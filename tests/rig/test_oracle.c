@@ -1,11 +1,11 @@
-/* The switched plant in the whole ring against matrix exponentials: the real firmware takes the motor from
- * rest to 1500 r/min under load; its gate edges are replayed through the oracle, which shares no code with
- * the plant. */
+/* The switched plant in the whole simulation is compared with matrix exponentials. The real firmware
+ * accelerates the motor from rest to 1500 r/min under load; its gate edges are replayed by the oracle,
+ * which shares no code with the plant. */
 #include "host_sim/rig/rig_state.h"
 #include "tests/oracle/oracle.h"
 #include "tests/rig/run.h"
 
-#define PERIODS 5600u /* 58 ms until ready, then more than 0.5 s of run */
+#define PERIODS 5600u /* 58 ms until ready, then more than 0.5 s of running */
 
 static oracle_edge_t edges[PERIODS * 12u + 100u];
 static size_t edge_count;
@@ -42,7 +42,8 @@ static void run_and_compare(oracle_frame_t frame, double inductance_d, double in
         seen[k][2] = rig_value(rig, "true_i_c");
     }
     run_expect_no_fault(rig);
-    TEST_ASSERT_DOUBLE_WITHIN(75.0, 1500.0, rig_value(rig, "true_omega_m") / RPM); /* it really ran up */
+    /* The motor did accelerate. */
+    TEST_ASSERT_DOUBLE_WITHIN(75.0, 1500.0, rig_value(rig, "true_omega_m") / RPM);
 
     const plant_params_t params = rig_plant_params(&rig_state(rig)->plant_values);
     TEST_ASSERT_TRUE(oracle_run(&params, frame, 0.0, 0.0, edges, edge_count, ticks, PERIODS, expected));
@@ -61,7 +62,7 @@ static void run_and_compare(oracle_frame_t frame, double inductance_d, double in
     rig_free(rig);
 }
 
-/* In the stationary frame, and of a salient machine in the rotor's. */
+/* The oracle runs in the stationary frame, and for a salient machine in the rotor's frame. */
 static void test_currents_of_a_run_up_are_the_oracles_within_1_mA(void)
 {
     grid_t grid = grid_of("run-up", 2u);

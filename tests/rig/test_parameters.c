@@ -1,5 +1,5 @@
-/* Saved parameters, through the whole ring: orders, HAL, the virtual chip's flash, its supply.
- * tests/unit/test_app.c tests a drive with a corrupt store. */
+/* Saved parameters in the whole simulation: orders, HAL, flash of the virtual chip, supply.
+ * tests/unit/test_app.c tests a drive whose stored parameters are damaged. */
 #include "host_sim/rig/rig_state.h"
 #include "talk/store.h"
 #include "tests/rig/run.h"
@@ -27,7 +27,7 @@ static void expect_store(const char *state)
                              rig_value(rig, "store_state"));
 }
 
-/* Each call applies the set of a different motor. */
+/* Each call applies the parameters of a different motor. */
 static params_t given_motor(uint32_t number)
 {
     run_put(rig, "motor_resistance", 0.5 + 0.01 * number);
@@ -67,8 +67,8 @@ static void test_the_drive_goes_on_after_a_page_was_erased(void)
 
 /* ---- power ---- */
 
-/* Both pages are full, so the save erases one and programs it: each word of the record, and each word in both
- * passes of the erase. */
+/* Both pages are full, so that a save erases one and then programs it. The supply fails at each word of
+ * the record, and at each word in both passes of the erase. */
 static void test_a_cut_at_any_word_or_step_of_a_save_leaves_the_old_set_or_the_new_one(void)
 {
     const uint32_t fit = 2048u / store_record_words(params_table.count);

@@ -1,6 +1,7 @@
-/* An encoder that fails under way while the drive is to go on without it (encoder_fault_reaction): both
- * shafts and directions, without load and with one. The effect of a fault of encoder or shaft after which the
- * drive stops, and the time that this takes, are in the fault matrix (host_sim/lab/matrix_table.h). */
+/* An encoder fails during a run, and the drive is configured to continue without it
+ * (encoder_fault_reaction): both shafts and directions, without and with load. The fault matrix
+ * (host_sim/lab/matrix_table.h) tests faults of encoder or shaft after which the drive stops, and the time
+ * that this takes. */
 #include "settings/reasons.h"
 #include "tests/rig/start.h"
 
@@ -19,7 +20,7 @@ static const struct {
 
 static start_seen_t seen;
 
-/* With the encoder, at this speed and load; then it fails. */
+/* A drive with the encoder at this speed and load; then the encoder fails. */
 static rig_t *failing(uint32_t fault, start_shaft_t shaft, uint32_t seed, double rpm, double load)
 {
     rig_t *rig = start_on_desk(shaft, seed);
@@ -38,7 +39,7 @@ static rig_t *failing(uint32_t fault, start_shaft_t shaft, uint32_t seed, double
     return rig;
 }
 
-/* A quick stop still stops it, and off forgets the encoder's fault. */
+/* A quick stop still stops the motor, and `enable` off clears the fault of the encoder. */
 static void expect_stops(rig_t *rig, const char *where)
 {
     run_puts(rig, "load_torque=0 enable=2");
@@ -48,11 +49,12 @@ static void expect_stops(rig_t *rig, const char *where)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "warnings"));
 }
 
-/* An encoder that misses the share s of the motion leaves its frame behind by s omega t. The EMF that is fed
+/* An encoder that misses a share s of the motion leaves its frame behind by s omega t. The EMF that is fed
  * forward is then wrong by psi_f s omega^2 t at first, which drives psi_f s omega^2 t^2/(2 L) through the
- * winding. The frame changes after five windows at the latest: that in which the fault begins, three
- * judgements, and the one at whose end the setpoint acts. Where the current reaches its trip in this time, an
- * overcurrent may come first: at 1500 r/min from half of the motion on (23 A), and not at 600 (7 A). */
+ * winding. The drive changes the frame after five windows at the latest: the one in which the fault
+ * begins, three judgements, and the one at whose end the setpoint acts. If the current reaches its trip
+ * within this time, an overcurrent may come first: at 1500 r/min from s = 0.5 on (23 A), and not at 600
+ * r/min (7 A). */
 static bool may_trip_first(rig_t *rig, uint32_t fault, double rpm)
 {
     const double omega = POLE_PAIRS * rpm * RPM, time = 5.0 * DRIVE_WINDOW * RIG_PERIOD_SECONDS;
@@ -62,9 +64,10 @@ static bool may_trip_first(rig_t *rig, uint32_t fault, double rpm)
     return current > rig_value(rig, "overcurrent_trip");
 }
 
-/* Elsewhere what a wrong frame does to the currents may be an overcurrent, or resemble a broken wire or a
- * sensor that is stuck, first: one in twenty, and three standard deviations of a count. (Of 128 runs of seed
- * 0 two were a wire, of 280 of the seeds 1000 to 1019 one was a stuck sensor.) */
+/* In the other cases the effect of the wrong frame on the currents may be reported first, as an
+ * overcurrent, a broken wire or a stuck sensor. The limit is one of twenty runs plus three standard
+ * deviations of the count. (Of 128 runs of seed 0 two reported a wire; of 280 runs of the seeds 1000 to
+ * 1019 one reported a stuck sensor.) */
 static void test_a_motor_whose_encoder_fails_goes_on_without(void)
 {
     static const double speeds[] = {300.0, -300.0, 600.0, -600.0, 1500.0, -1500.0};

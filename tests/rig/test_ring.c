@@ -1,4 +1,4 @@
-/* The ring as a whole: deterministic, copyable, several in one process. */
+/* The simulation as a whole: it is deterministic, it can be copied, and several run in one process. */
 #include "host_sim/chip/chip.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/run.h"
@@ -80,7 +80,8 @@ static void expect_the_same_end_after_a_save(double fidelity)
     run_seconds(other, 0.5);
     TEST_ASSERT_EQUAL_HEX64(hash_end, rig_hash(other));
 
-    TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size())); /* the earlier state in the same rig */
+    /* Loads the earlier state into the same simulation. */
+    TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size()));
     run_seconds(rig, 0.5);
     TEST_ASSERT_EQUAL_HEX64(hash_end, rig_hash(rig));
     free(state);
@@ -118,9 +119,9 @@ static void sink(void *context, uint32_t period, const uint32_t *slots, uint32_t
     calls++;
 }
 
-/* A shaft that coasts without friction, J domega/dt = -T_load: until t_k nothing of a load that is set at t_k
- * shows, and n periods later the speed has fallen by T_load n T_s/J. A load that acted from some instant
- * within the period before would show at t_k already. */
+/* A shaft coasts without friction, J domega/dt = -T_load. A load that is set at t_k has no effect until
+ * t_k, and n periods later the speed has decreased by T_load n T_s/J. A load that had acted from an
+ * instant within the previous period would have an effect at t_k already. */
 static void expect_load_acts_from_its_instant_on(double fidelity)
 {
     const double load = 10.0;
@@ -170,7 +171,8 @@ static void test_run_stops_in_the_period_that_meets_the_condition(void)
 {
     rig_t *rig = run_rig(1);
     TEST_ASSERT_TRUE(rig_stop_when(rig, rig_row_by_name("state")->id, RIG_EQUAL, 1.0));
-    /* 64 samples settle, 512 are averaged: that is seen in the 576th period, and acts a window later */
+    /* 64 samples are for the settling and 512 are averaged: the result is known in the 576th period, and
+     * it takes effect a window later. */
     TEST_ASSERT_EQUAL_UINT32(576u + DRIVE_WINDOW, rig_run(rig, 10000));
     TEST_ASSERT_TRUE(rig_stop_when(rig, rig_row_by_name("period")->id, RIG_ABOVE, 1000.0));
     rig_run(rig, 10000);

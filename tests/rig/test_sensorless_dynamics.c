@@ -1,14 +1,14 @@
-/* Sensorless, while the speed changes at the limit of the current: the error of the estimated angle in the
- * steps of the paper's experiment, in both directions of rotation. The predictions of the theory of both
- * loops at constant acceleration are tested with the estimator (tests/unit/test_estimator_dynamics.c,
- * test_flux.c) and in the paper's figures (lab_paper). Reversals, steps under load and a light rotor at low
- * speed are those of reversal.grid and sensor_errors.grid.
+/* The speed changes at the current limit without an encoder. The tests measure the error of the estimated
+ * angle in the steps of the paper's experiment, in both directions of rotation. Other tests check the theory
+ * of both loops at constant acceleration: tests/unit/test_estimator_dynamics.c, test_flux.c, and the paper's
+ * figures (lab_paper). reversal.grid and sensor_errors.grid contain reversals, steps under load and a light
+ * rotor at low speed.
  *
- * The true rotor angle is the reference; the estimate closes the loop. Errors are theta_hat - theta,
- * electrical: a late estimate is negative while the rotor accelerates forward. Averaged fidelity where the
- * inverter is ideal; a real one switches every edge. A board of another current moves a shaft in proportion,
- * friction, load and speed control with it: the accelerations, and with them all expectations, are the same.
- */
+ * The reference is the true angle of the rotor, and the control uses the estimate. Errors are theta_hat -
+ * theta, electrical: an estimate that lags is negative while the rotor accelerates forward. If the
+ * inverter is ideal, the simulation uses mean voltages; if it is real, it has every gate edge. A board
+ * with another current has a shaft in proportion, with its friction, load and speed control: all
+ * accelerations, and with them all expected values, are the same. */
 #include "tests/oracle/pll_oracle.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
@@ -16,36 +16,37 @@
 #define SEED         71u
 #define POLE_PAIRS   4.0
 #define INERTIA_RIG  0.0636 /* J [kg m^2] */
-#define INERTIA_BARE 0.003  /* of Table I */
+#define INERTIA_BARE 0.003  /* J of the motor of Table I */
 #define RATED_TORQUE 5.0    /* [N m] */
 #define PERIOD       RIG_PERIOD_SECONDS
-#define ALL_OF_IT    1.0 /* torque_feedforward: K from the motor's data */
-/* i_d of the default drive at low speed [A]: without it the legs of a bare motor, which needs hardly any
- * current, are all in doubt for much of the time. */
+#define ALL_OF_IT    1.0 /* torque_feedforward: the gain follows from the data of the motor */
+/* i_d of the default drive at low speed [A]. A bare motor needs almost no current; without i_d the sign of
+ * the current in its legs would be uncertain most of the time. */
 #define LOW_SPEED_CURRENT 2.0
 #define FORWARD           1.0
 #define BACKWARD          (-1.0)
-#define PLATEAU_BEGIN     0.75 /* share of a speed change: the transient is over, the limit still holds */
-#define PLATEAU_END       0.85
-#define SETTLED_PERIODS   1000u /* the last 0.1 s */
-#define STEPS_FROM        100.0 /* [r/min] */
-#define STEP_ANGLES       4u    /* rotor angles over a turn at which the steps begin */
-#define SETTLING_SECONDS  3.0   /* of the offset trim, at 100 r/min */
+/* Share of a speed change after which the transient is over while the limit still acts. */
+#define PLATEAU_BEGIN    0.75
+#define PLATEAU_END      0.85
+#define SETTLED_PERIODS  1000u /* the last 0.1 s */
+#define STEPS_FROM       100.0 /* [r/min] */
+#define STEP_ANGLES      4u    /* number of rotor angles per turn at which the steps begin */
+#define SETTLING_SECONDS 3.0   /* time for the offset trim at 100 r/min */
 
 /* ---- drives ---- */
 
-/* A drive as it starts; 0: no torque feed-forward, as in the paper. */
+/* The settings of a drive at its start; 0 means no torque feed-forward, as in the paper. */
 typedef struct {
     bool real, bare;
     double direction;         /* FORWARD, BACKWARD */
-    double bandwidth, cutoff; /* -3 dB; omega_c [rad/s] */
+    double bandwidth, cutoff; /* -3 dB bandwidth; omega_c [rad/s] */
     double torque_share;      /* torque_feedforward [-] */
-    double inertia_error;     /* assumed minus true, relative [-] */
+    double inertia_error;     /* assumed minus true inertia, relative [-] */
 } drive_case_t;
 
-/* Running slowly, in the direction of the case, the offset trim settled. The offsets that the sensors have
- * left come after their calibration. The bare rotor is brought there from 500 r/min, in half a second: braked
- * at the limit of the current, without torque feed-forward, it would be lost on the way. */
+/* The drive runs slowly, in the direction of the case, until the offset trim has settled. The remaining
+ * offsets of the sensors are set after their calibration. The bare rotor is slowed down from 500 r/min
+ * within half a second: braked at the current limit without torque feed-forward it would be lost. */
 static void start_slow(const drive_case_t *drive)
 {
     const double from = drive->bare ? 500.0 : STEPS_FROM;
@@ -86,19 +87,19 @@ static void start_slow(const drive_case_t *drive)
 
 /* ---- speed changes ---- */
 
-/* Errors caused by a change of speed: [rad], electrical, signed. */
+/* Errors caused by a change of speed [rad], electrical, with their sign. */
 typedef struct {
-    double peak;    /* the largest error by magnitude */
+    double peak;    /* the error with the largest magnitude */
     double plateau; /* mean error on the plateau */
     double settled; /* mean error of the last 0.1 s */
 } change_t;
 
 typedef struct {
-    change_t change;                 /* sums over plateau and end; the peak so far */
+    change_t change;                 /* sums over plateau and end; peak so far */
     double from, to;                 /* [rad/s] electrical */
-    double before;                   /* [s] after the step, still of before it: not in the peak */
-    bool plateau_over;               /* the speed has been past it */
-    uint32_t count, total, measured; /* [periods] of the plateau, of all, so far */
+    double before;                   /* [s] time after the step that is not part of the peak */
+    bool plateau_over;               /* the speed has passed the end of the plateau */
+    uint32_t count, total, measured; /* [periods] in the plateau, in total, and measured so far */
 } change_sums_t;
 
 static void change_sample(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
@@ -123,8 +124,8 @@ static void change_sample(void *context, uint32_t period, const uint32_t *slots,
     }
 }
 
-/* The reference steps to this number of r/min (signed), watched for this number of seconds, the peak from
- * `before` on. */
+/* The reference steps to this number of r/min (signed). The error is observed for this number of seconds;
+ * the peak counts from `before` on. */
 static change_t change_speed(double rpm, double seconds, double before)
 {
     const uint32_t ids[] = {rig_row_by_name("theta_hat_err")->id, rig_row_by_name("true_omega_e")->id};
@@ -145,7 +146,7 @@ static change_t change_speed(double rpm, double seconds, double before)
     return sums.change;
 }
 
-/* Fails with both numbers, [mrad]. */
+/* Compares two values in mrad; the message contains both. */
 static void expect_at_most(const char *what, double limit_mrad, double rad)
 {
     char message[120];
@@ -153,8 +154,8 @@ static void expect_at_most(const char *what, double limit_mrad, double rad)
     TEST_ASSERT_TRUE_MESSAGE(1e3 * fabs(rad) <= limit_mrad, message);
 }
 
-/* A light rotor needs a fast loop: wn = 1.6 sqrt(p T_rated/J) and omega_c = wn keep a step of the rated
- * torque at about 0.11 rad (docs/theory.md, 6). */
+/* A light rotor needs a fast loop: with wn = 1.6 sqrt(p T_rated/J) and omega_c = wn a step of the rated
+ * torque causes an error of about 0.11 rad (docs/theory.md, 6). */
 static drive_case_t bare_motor(bool real, double direction, double torque_share, double inertia_error)
 {
     const double wn = 1.6 * sqrt(POLE_PAIRS * RATED_TORQUE / INERTIA_BARE);
@@ -192,7 +193,7 @@ static const char *name_of(const drive_case_t *drive)
 /* ---- speed steps at the limit of the current ---- */
 
 typedef struct {
-    change_t up, down; /* 100 to 1500 and 1500 to 1000 r/min; of several runs the largest magnitudes */
+    change_t up, down; /* 100 to 1500 and 1500 to 1000 r/min; the largest magnitudes of all runs */
 } steps_t;
 
 static void keep_larger(double *largest, double value)
@@ -209,12 +210,12 @@ static void keep_larger_change(change_t *largest, const change_t *change)
     keep_larger(&largest->settled, change->settled);
 }
 
-/* This number of seconds after a step of the bare motor on a real inverter its error is still that of before:
- * at 100 r/min without load the angle hunts. */
+/* [s] after a step of the bare motor on a real inverter, in which the error is still the one before the
+ * step: at 100 r/min without load the angle oscillates. */
 #define HUNTING 0.01
 
-/* With a real inverter the peak depends on the phase currents at the step: it begins at one of several rotor
- * angles. */
+/* With a real inverter the peak depends on the phase currents at the step, so that the step begins at one
+ * of several rotor angles. */
 static steps_t steps_at(const drive_case_t *drive, uint32_t angle)
 {
     run_seconds(rig, angle * 60.0 / (POLE_PAIRS * STEPS_FROM) / STEP_ANGLES);
@@ -234,7 +235,7 @@ static void print_steps(const drive_case_t *drive, const steps_t *of)
            1e3 * of->down.settled);
 }
 
-/* The worst of all angles; with an ideal inverter the angle has no effect. */
+/* The largest errors over all angles; with an ideal inverter the angle has no effect. */
 static steps_t steps(const drive_case_t *drive)
 {
     steps_t worst = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
@@ -257,7 +258,8 @@ static void expect_peaks(const steps_t *result, double up_mrad, double down_mrad
     expect_at_most("1500 to 1000 r/min", down_mrad, result->down.peak);
 }
 
-/* What a drive has without torque feed-forward, forward or backward, ideal or real: run once. */
+/* The errors of a drive without torque feed-forward, forward or backward, with an ideal or a real
+ * inverter; each case runs only once. */
 static const steps_t *steps_without(bool real, double direction)
 {
     static steps_t known[4];
@@ -277,10 +279,10 @@ static void expect_steady(const steps_t *result, double limit_mrad)
     expect_at_most("on the way down", limit_mrad, result->down.plateau);
 }
 
-/* Real: at 10 A the model's one slope for IGBT and diode leaves 0.5 mrad, offset and gain error of the
- * sensors 0.6 more, and the plateau of the deceleration is only 25 ms of noise: 3 in place of 2. The ripple
- * at 100 r/min without load adds to the peak: 67.5 +- 1.4 and 84 +- 1.2 over 6 seeds, four standard
- * deviations beyond. */
+/* Real inverter: at 10 A the model uses one slope for IGBT and diode, which leaves 0.5 mrad, and offset
+ * and gain error of the sensors leave 0.6 mrad more. The plateau of the deceleration is only 25 ms long
+ * and contains noise: its limit is 3 instead of 2. The ripple at 100 r/min without load adds to the peak:
+ * 67.5 +- 1.4 and 84 +- 1.2 mrad over 6 seeds; the limits are four standard deviations above. */
 static void test_steps_without_torque_feed_forward(void)
 {
     grid_t grid = grid_of("steps without", 4u);
@@ -292,7 +294,7 @@ static void test_steps_without_torque_feed_forward(void)
     }
 }
 
-/* Real: the worst of 12 seeds in both directions, on both boards, times 1.5. */
+/* Real inverter: each limit is 1.5 times the largest value of 12 seeds in both directions, on both boards. */
 static void test_steps_with_torque_feed_forward(void)
 {
     grid_t grid = grid_of("steps with", 4u);
@@ -314,9 +316,10 @@ static void test_steps_of_the_bare_motor(void)
     }
 }
 
-/* With the paper's gains, stiff for so light a rotor, the angle ripples at 100 r/min, the more the less
- * current the board's limit leaves: the peak upwards is that of an ideal inverter and of the ripple that the
- * step begins in. Limits: the worst of 16 seeds in both directions, on both boards, times 1.5. */
+/* With the paper's gains, which are high for so light a rotor, the angle ripples at 100 r/min, and it
+ * ripples more if the current limit of the board is lower. The peak of the acceleration is that of an
+ * ideal inverter plus the ripple at the begin of the step. Each limit is 1.5 times the largest value of 16
+ * seeds in both directions, on both boards. */
 static void test_steps_of_the_bare_motor_with_a_real_inverter(void)
 {
     grid_t grid = grid_of("bare motor, real", 16u);

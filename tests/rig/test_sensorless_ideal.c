@@ -1,14 +1,13 @@
-/* The estimate closes the loop; inverter and sensors are ideal, therefore the remaining error is that of the
- * method and of its floats.
- */
+/* The control uses the estimate; inverter and sensors are ideal, so that the remaining error is that of
+ * the method and of its float arithmetic. */
 #include "tests/rig/motors.h"
 
 /* ---- motors ---- */
 
-/* The same motor as the board can run it: with less current where its load needs more than the limit can be,
- * and a tenth to spare, and with less voltage where the board has no more. Impedances, flux linkage, shaft
- * and load go with them, and nothing of an angle or a time changes: L i/psi_f, R T_s/L, omega_e T_s and the
- * steps of the counter over the EMF are those of the specified motor. */
+/* The motor scaled to the board. It gets less current if its load needs more than the largest possible
+ * limit less a tenth, and less voltage if the board has a lower one. Impedances, flux linkage, shaft and
+ * load are scaled with current and voltage, so that angles and times do not change: L i/psi_f, R T_s/L,
+ * omega_e T_s and the steps of the counter relative to the EMF are those of the specified motor. */
 static rated_motor_t of_board(const rated_motor_t *written)
 {
     rated_motor_t rated = *written;
@@ -28,8 +27,8 @@ static rated_motor_t of_board(const rated_motor_t *written)
     return rated;
 }
 
-/* Plant and firmware get the motor, and limits around it. What is judged is the estimate: nothing of this
- * inverter is in doubt, so no current is needed against it, and the estimate turns the control down to a
+/* Sets the motor in plant and firmware, with suitable limits. The test judges the estimate. This inverter
+ * has no uncertain voltage, so that no i_d is needed, and the control uses the estimate down to a
  * fifteenth of the speed and less. */
 static void put_motor(rig_t *rig, const rated_motor_t *m)
 {
@@ -39,7 +38,7 @@ static void put_motor(rig_t *rig, const rated_motor_t *m)
     run_put(rig, "fallback_speed", 0.02 * m->motor.speed);
 }
 
-/* Table I on this board. It is as written wherever 5.8 A are within the limit. */
+/* The motor of Table I on this board; it is not scaled if the limit allows 5.8 A. */
 static rated_motor_t paper_of_board(void)
 {
     const rated_motor_t m = of_board(&paper);
@@ -60,10 +59,11 @@ typedef struct {
 #define ENCODER    0.0
 #define SENSORLESS 1.0
 
-/* Rows are changed, the motor is driven to a point, and the error of the estimate there is measured. The
- * rotor is already turning when the drive is switched on: the encoder shows the estimator the angle, then the
- * estimate takes over. The catch of a start without it would be no start for all of these: until it has seen
- * the EMF no voltage holds that, and the current grows by e T_s/L a period, 10 A of the spindle. */
+/* Changes these rows, drives the motor to a point, and measures the error of the estimate. The rotor
+ * already turns when the drive is switched on: the encoder gives the angle to the estimator, then the
+ * estimate takes over. Not all of these motors can be caught without the encoder: before the drive knows
+ * the EMF its voltage does not oppose it, and the current grows by e T_s/L per period, by 10 A for the
+ * spindle. */
 static run_error_t measure(const char *what, const rated_motor_t *m, double fidelity, const change_t *changes,
                            size_t count, double rpm, double load)
 {
@@ -83,7 +83,7 @@ static run_error_t measure(const char *what, const rated_motor_t *m, double fide
     if (load > 0.0) {
         run_load(rig, load, 1.5);
     }
-    run_seconds(rig, 2.5); /* the change from the encoder has been trimmed away */
+    run_seconds(rig, 2.5); /* the change from the encoder to the estimate has been trimmed away */
     const run_error_t err = run_error(rig, 1.5);
     printf("%s, %s, %.0f r/min, %g N m: mean %.3f, SD %.3f, peak %.3f mrad\n", m->name, what, rpm, load,
            err.mean, err.sd, err.peak);
@@ -100,17 +100,18 @@ static void expect_within(double limit, double wanted, double value, const char 
     TEST_ASSERT_TRUE_MESSAGE(fabs(value - wanted) <= limit, message);
 }
 
-/* Where the upper gates are charged through the lower switches, these short the rotor until a sample shows
- * its current, which grows by e T_s/L a period, and for the period in which that acts. A board that charges
- * does not come on at a speed at which that trips it: such points are left to boards that do not. */
+/* On some boards the lower switches charge the upper gates. These switches short the rotor until a sample
+ * shows its current, which grows by e T_s/L per period, and for one period more, after which that sample
+ * takes effect. Such a board does not turn on at a speed at which this current trips; these points run
+ * only on other boards. */
 static bool comes_on_at(const rated_motor_t *m, double rpm)
 {
     const double emf = m->motor.pole_pairs * m->motor.flux_linkage * fabs(rpm) * RPM;
     return DRIVE_CHARGE_PERIODS == 0u || 2.0 * emf * RIG_PERIOD_SECONDS / m->motor.inductance < rated_trip(m);
 }
 
-/* Each point runs in one direction, alternately forward and backward over speeds and loads: without noise the
- * other is its mirror image. */
+/* Each point runs in one direction, which alternates over speeds and loads; without noise the other
+ * direction is its mirror image. */
 static double direction_of(uint32_t point)
 {
     return (point + point / 2u) % 2u != 0u ? -1.0 : 1.0;
@@ -120,8 +121,8 @@ static double direction_of(uint32_t point)
 
 static const rated_motor_t *const motors[] = {&paper, &spindle, &hub, &direct, &miniature};
 
-/* Up to 0.3 rad a sample, with load and without. The error that algebra and floats leave for the worst motor
- * on the worst board, 0.001, 0.024 and 0.071 mrad, times 1.5. */
+/* Up to 0.3 rad per sample, with and without load. The limits are 1.5 times the error that algebra and
+ * floats leave for the worst motor on the worst board: 0.001, 0.024 and 0.071 mrad. */
 static void test_no_error_is_left_of_any_motor_at_any_speed(void)
 {
     static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 2.0 / 3.0, 1.0};
@@ -141,9 +142,9 @@ static void test_no_error_is_left_of_any_motor_at_any_speed(void)
     }
 }
 
-/* A step of the PWM counter is 1/7500 of the link, 41 mV, and the EMF at 100 r/min is 7.7 V: unknown to the
- * observer, steps of 5 mrad in every sample, of which the loop lets an SD of 0.1 mrad through. It knows them.
- */
+/* A step of the PWM counter is 1/7500 of the link voltage, 41 mV, and the EMF at 100 r/min is 7.7 V. If
+ * the observer did not know the steps, each sample would have an error of up to 5 mrad, of which the loop
+ * would pass an SD of 0.1 mrad. The observer receives the rounded duties. */
 static void test_steps_of_the_counter_do_not_show(void)
 {
     const rated_motor_t m = paper_of_board();
@@ -155,9 +156,9 @@ static void test_steps_of_the_counter_do_not_show(void)
     }
 }
 
-/* By which share of a period the board's duties are lower than evenly about a half: the shortest pulse of a
- * lower switch is longer than that of an upper one where a shunt below it has to settle before the sample at
- * its middle. */
+/* The middle between the smallest and the largest duty of the board is below one half by this share of a
+ * period. The shortest pulse of a lower switch is longer than that of an upper one if a shunt below it has
+ * to settle before the sample in its middle. */
 static double lower_by(void)
 {
     const double upper = BOARD_DEAD_TIME_NS + BOARD_MINIMUM_PULSE_NS;
@@ -166,17 +167,18 @@ static double lower_by(void)
     return 0.5 * (lower - upper) * 1e-9 / RIG_PERIOD_SECONDS;
 }
 
-/* With edges instead of mean voltages the "ideal" inverter is late by tau = 2.5 us, dead band and turn-off
- * delay alike. The pulses of a period still end in it, so their volt-seconds are right, but they have tau
- * less to decay: the observer sees u too large by R tau/L, of which j omega_e L i_q lies across the EMF,
+/* With edges instead of mean voltages the "ideal" inverter delays every edge by tau = 2.5 us, by the dead
+ * band or by the turn-off delay. The pulses of a period still end within it, so that their volt-seconds are
+ * right, but the current that they drive has tau less time to decay. The observer therefore sees a u that is
+ * too large by R tau/L, of which j omega_e L i_q is perpendicular to the EMF:
  *
- *     mean = -R tau i_q/psi_f     whatever the speed
+ *     mean = -R tau i_q/psi_f at any speed, here 0.01 to 1.2 mrad
  *
- * 0.01 to 1.2 mrad here. A board that leaves the lower switches on for longer than the upper ones moves all
- * duties down, by half of the difference, c. Its pulses then lie nearer to the middle of the period, by c
- * T_s/2 of T_s/4, and have decayed by (R T_s/L)^2 c/8 more at its end, which the observer again takes for
- * voltage: up to 0.06 mrad. The rest, of second order in R tau/L and from the ripple, stays below the limit
- * of the averaged inverter. */
+ * A board that leaves the lower switches on for longer than the upper ones shifts all duties down by half
+ * of the difference, c. The distance of its pulses from the middle of the period, T_s/4, is then smaller
+ * by c T_s/2, and the current has decayed by (R T_s/L)^2 c/8 more at the end of the period. The observer
+ * takes this for voltage, too, which makes up to 0.06 mrad. The remaining errors, of second order in R
+ * tau/L and from the ripple, are below the limit of the averaged inverter. */
 static void test_late_edges_turn_the_estimate_by_the_angle_of_theory(void)
 {
     grid_t grid = grid_of("late edges", 10u);
@@ -192,8 +194,8 @@ static void test_late_edges_turn_the_estimate_by_the_angle_of_theory(void)
             direction * (m->motor.friction + load) / (1.5 * m->motor.pole_pairs * m->motor.flux_linkage);
         const double tau = BOARD_DEAD_TIME_NS * 1e-9;
         const double decay = m->motor.resistance * RIG_PERIOD_SECONDS / m->motor.inductance;
-        const double across =
-            1e3 * m->motor.inductance * i_q / m->motor.flux_linkage; /* [mrad] of a wrong voltage's share */
+        /* [mrad] per relative error of the voltage. */
+        const double across = 1e3 * m->motor.inductance * i_q / m->motor.flux_linkage;
         const double wanted =
             -across * (m->motor.resistance * tau / m->motor.inductance - decay * decay * lower_by() / 8.0);
         const run_error_t err =
@@ -220,10 +222,10 @@ static run_error_t measure_paper(const char *what, double gain, double lag, doub
     return measure(what, &m, AVERAGED, changes, sizeof changes / sizeof changes[0], rpm, load);
 }
 
-/* Means at 1500 r/min by docs/theory.md, 4, where the paper has its numbers, with load and without; SD up to
- * 1 mrad, the harmonics of the sigmoid per axis. The other speeds are tested with the estimator alone
- * (tests/unit/test_estimator_paper.c). The 0.08 rad of the paper's Fig. 10 need k_s = 162 V with this timing.
- */
+/* The means at 1500 r/min, where the paper has its numbers, follow docs/theory.md, 4, with and without
+ * load. The SD is up to 1 mrad, from the harmonics of the sigmoid per axis.
+ * tests/unit/test_estimator_paper.c tests the other speeds with the estimator alone. The 0.08 rad of the
+ * paper's Fig. 10 need k_s = 162 V with this timing. */
 static void test_lag_of_the_paper_s_configurations(void)
 {
     static const struct {

@@ -1,14 +1,15 @@
-/* The estimate closes the loop on the real inverter: dead time, delays and drops of the module, 12-bit ADC,
- * 10 mA of noise, 30 mA offset and 0.2 % gain error that calibration left. Speeds are no whole number of
- * samples per turn. */
+/* The control uses the estimate on the real inverter: dead time, delays and drops of the module, 12-bit
+ * ADC, 10 mA of noise, and 30 mA of offset and 0.2 % of gain error that remain after the calibration. No
+ * speed has a whole number of samples per turn. */
 #include "tests/rig/run.h"
 
 #define AVERAGED 1.0
 #define SWITCHED 0.0
 #define RATED    5.0 /* [N m] */
 
-/* Where the estimated speed is noisy the speed control needs room above the load: with 10 A it is 4.7 N m
- * above the rated torque and friction, and in proportion where the limit is lower, so is the load. */
+/* Where the estimated speed is noisy, the speed control needs a reserve of torque above the load. With 10
+ * A it is 4.7 N m above the rated torque and friction; where the limit is lower, the load is reduced in
+ * proportion. */
 #define LOAD_WITH_ROOM (RUN_LIMIT_SHARE * RATED)
 
 typedef struct {
@@ -23,26 +24,29 @@ static void expect_at_most(double limit, double value, const char *what)
     TEST_ASSERT_TRUE_MESSAGE(fabs(value) <= limit, message);
 }
 
-/* Limits of a point, with 0 N m and under load [mrad]: over 24 seeds in both directions, of both fidelities
- * where a test has both, the mean and four standard deviations of a magnitude, or four rms where that is
- * more; and no less than the worst of them on both boards, times 1.3. Peaks have a longer tail than that:
- * at 50 r/min without load 60 runs have 10.6 +- 1.4 mrad, two of them 15.4 and 17.0. */
+/* The limits of a point, with 0 N m and under load [mrad]. Each is the mean plus four standard deviations
+ * of a magnitude, or four rms if that is larger, over 24 seeds in both directions, and over both
+ * fidelities if a test has both. It is at least 1.3 times the largest value on both boards.
+ * Peaks have a longer tail: at 50 r/min without load 60 runs have 10.6 +- 1.4 mrad, two of them 15.4 and
+ * 17.0 mrad. */
 typedef struct {
     double rpm;
     double mean[2], sd[2], peak[2];
 } limits_t;
 
-/* A drive, at these speeds: speed control and i_d of the paper or the default's, and what is changed. */
+/* A drive at these speeds: speed control and i_d of the paper or of the default drive, and the changed
+ * rows. */
 typedef struct {
     const char *name;
     bool paper;
     change_t changes[3];
-    uint32_t fidelities; /* 1: averaged, 2: switched as well */
+    uint32_t fidelities; /* 1: averaged; 2: averaged and switched */
     double load, seconds;
-    limits_t points[5]; /* number of the first rows, up to the row of 0 r/min */
+    limits_t points[5]; /* as many points as are used, up to the one with 0 r/min */
 } drive_case_t;
 
-/* One point: running at this speed and load, which is applied where the speed control can hold it. */
+/* Tests one point: the drive runs at this speed and load, which is put on where the speed control can hold
+ * it. */
 static void expect_limits(const drive_case_t *drive, const limits_t *limits, double fidelity,
                           double direction, bool loaded)
 {
@@ -70,13 +74,13 @@ static void expect_limits(const drive_case_t *drive, const limits_t *limits, dou
     rig_free(rig);
 }
 
-/* ---- documented: all points run, docs/accuracy.md has these numbers ---- */
+/* ---- all points run, and docs/accuracy.md has these numbers ---- */
 
-/* Requirements: a mean of 5 mrad and an SD of 10 at 100 r/min, from 300 r/min on 4 and 4 without load
- * (docs/theory.md, 21), 1.5 and 1.5 under 5 N m: the drive is better than that. At 50 r/min, by the estimate
- * where by the rule a forced frame would turn, an SD of 8 and peaks of 40. Without load 0.2 to 0.37 mrad
- * remain of the drops, whose sign follows the current in the whole period: without them it is 0.01 at 1013
- * r/min. */
+/* The requirements at 100 r/min are a mean of 5 mrad and an SD of 10 mrad; from 300 r/min on both are 4
+ * mrad without load (docs/theory.md, 21) and 1.5 mrad under 5 N m. The drive is better than that. At 50
+ * r/min, where the estimate is used although by the rule a forced frame would rotate, the limits are an SD
+ * of 8 mrad and peaks of 40 mrad. Without load the drops leave 0.2 to 0.37 mrad, because their sign
+ * follows the current in the whole period; without drops 0.01 mrad is left at 1013 r/min. */
 static const drive_case_t documented[] = {
     {"compensated",
      true,
@@ -108,13 +112,14 @@ static void test_compensated_inverter(void)
     }
 }
 
-/* ---- and our own additions ---- */
+/* ---- with this program's own additions to the paper ---- */
 
-/* Gains by rule, the current that keeps out of the dead time's zone, inductance and dead time learnt. The
- * leg's loss is 2.3 us of the link and 0.875 V, of both of which four fifths are assumed. The benefit of
- * coasting through doubtful voltages and of trimming the offsets: without them the loop stays locked. An
- * offset that is not trimmed appears as an EMF, which the current control gets as a feed-forward: without
- * load the angle ripples with it, at 503 r/min by 2.7 mrad in place of 0.6. */
+/* Gains by rule, an i_d that keeps the currents out of the zone of the dead time, learnt inductance and
+ * dead time. The loss of a leg is 2.3 us of the link voltage and 0.875 V; the drive is configured with
+ * four fifths of both. The tests show the benefit of coasting through uncertain voltages and of trimming
+ * the offsets; without them the loop also stays locked. An offset that is not trimmed appears as an EMF,
+ * which the current control feeds forward: without load the angle ripples with it, at 503 r/min by 2.7
+ * mrad instead of 0.6. */
 #define WITHOUT(name, row)                                                                                   \
     {                                                                                                        \
         name, true, {{row, 0.0}}, 1u, RATED, 1.5, WITHOUT_EITHER                                             \

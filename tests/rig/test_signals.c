@@ -1,10 +1,10 @@
-/* Each signal has the value that its text describes. The ring runs through states and modes, every row of
- * every period is written down beside the truth of the plant, the gate edges and the settings, and each row
- * must be what physics or algebra makes of these and of other rows. The tests do not use the places where
- * the drive keeps a value.
+/* Each signal has the value that its text describes. The simulation runs through states and modes. Every row
+ * of every period is recorded together with the truth of the plant, the gate edges and the settings, and each
+ * row must have the value that follows from these and from other rows by physics or algebra. The tests do not
+ * read the variables in which the drive keeps a value.
  *
- * The test also proves that wrong wiring does not pass: with any two rows exchanged, any row in the place of
- * another, or any row a period old, some check fails. */
+ * The test also proves that wrong wiring is detected: if any two rows are exchanged, any row is replaced
+ * by another, or any row is a period old, some check fails. */
 #include <complex.h>
 #include <math.h>
 #include <stdlib.h>
@@ -161,34 +161,33 @@ static const char *const row_names[ROW_COUNT] = {
 
 typedef struct {
     double row[ROW_COUNT]; /* [unit of the row] */
-    double steps;          /* [periods] that the rig has run with this one */
+    double steps;          /* [periods] that the simulation has run, including this one */
     double true_i[3];      /* [A] */
     double true_theta_e, true_omega_e, true_u_dc, theta_hat_err;
     double on[3]; /* [-] share of this period for which the upper switch of each leg was on */
 } sample_t;
 
-/* Values that are constant during a part of the run. */
+/* Values that are constant during a part of the run (a stretch). */
 typedef struct {
     const char *name;
-    uint32_t first, end;                  /* places in the record */
+    uint32_t first, end;                  /* first index and index after the last in the record */
     double state, refusal, fault_reason;  /* [-] */
     double fault_period, faults_later;    /* [periods], [-] */
     double fault_present, faults_seen;    /* [-] */
     double warnings, warnings_2;          /* [-] */
-    double derated;                       /* [A] that a warm sink takes from the limit */
+    double derated;                       /* [A] by which a warm sink reduces the limit */
     double manoeuvre, start_try, losses;  /* [-] */
     double flags, invalid;                /* [-] */
-    double i_d_ref, i_q_ref, omega_m_ref; /* [A], [rad/s]; NAN: it is the speed itself */
-    bool forced;                          /* the control's frame is not the rotor's */
-    bool bridge, sensorless, cut;         /* cut: the link is too low for the voltage that is requested */
+    double i_d_ref, i_q_ref, omega_m_ref; /* [A], [rad/s]; NAN: the speed itself */
+    bool forced;                          /* the frame of the control is not that of the rotor */
+    bool bridge, sensorless, cut;         /* cut: the link is too low for the requested voltage */
     bool settled;                         /* flux linkage and trim have converged */
 } stretch_t;
 
 #define LENGTH    200u /* [periods] of a stretch */
 #define STRETCHES 6u
-#define EXTRA                                                                                                \
-    (0.003 * (double)DRIVE_CURRENT_RANGE) /* [A] by which sensor a is off since it was calibrated, below     \
-                                             MEASURE_MOVED */
+/* [A] Drift of sensor a since its calibration, below MEASURE_MOVED. */
+#define EXTRA      (0.003 * (double)DRIVE_CURRENT_RANGE)
 #define FLUX       0.183
 #define ENCODER_N  10000.0
 #define POLE_PAIRS 4.0
@@ -197,10 +196,10 @@ typedef struct {
 static sample_t record[STRETCHES * LENGTH];
 #define DROP   1e-4 /* [V] */
 #define LIMIT  4.0  /* [A] */
-#define LONGER 1.2  /* [-] once, each of the tasks */
+#define LONGER 1.2  /* [-] factor by which each task takes longer once */
 
-/* The sink is 9 K below its limit, and takes a tenth of three quarters of the current's: bits of both rows in
- * a word. */
+/* The sink is 9 K below its limit, which reduces the current limit by a tenth of three quarters.
+ * WARM_IN() has the bits of both rows in a word. */
 #define WARM_IN(word)                                                                                        \
     ((FAULT_WORD(FAULT_SINK_WARM) == (word) ? (double)FAULT_BIT(FAULT_SINK_WARM) : 0.0) +                    \
      (FAULT_WORD(FAULT_DERATING) == (word) ? (double)FAULT_BIT(FAULT_DERATING) : 0.0))
@@ -216,7 +215,7 @@ static rig_t *rig;
 
 typedef struct {
     uint64_t since[3];
-    uint64_t total[3]; /* [ticks] on until `since` */
+    uint64_t total[3]; /* [ticks] on-time until `since` */
     uint32_t level;
 } gates_t;
 
@@ -275,13 +274,13 @@ static void stretch(uint32_t n, const stretch_t *what)
     }
 }
 
-/* The same shaft, limit and trip on every board. */
+/* The shaft, the limit and the trip are the same on every board. */
 static void run_all(void)
 {
     rig = rig_create(71);
     TEST_ASSERT_NOT_NULL(rig);
     run_paper_drive(rig);
-    run_ideal(rig); /* so that duties and link are the voltage */
+    run_ideal(rig); /* so that the voltage follows from duties and link */
     run_parameter(rig, "params.device_drop", DROP);
     run_put(rig, "sensors", 0.0);
     run_put(rig, "fidelity", 0.0);
@@ -291,11 +290,12 @@ static void run_all(void)
     run_put(rig, "plant.sink_temperature", 41.0);
     run_put(rig, "plant.motor_temperature", 57.0);
     run_put(rig, "current_limit", LIMIT);
-    run_put(rig, "motor_time_constant", 0.0); /* test_protect_link.c looks at the heat */
+    run_put(rig, "motor_time_constant", 0.0); /* tests/rig/protect_link.grid tests the thermal model */
     run_put(rig, "module_time_constant", 0.0);
-    run_put(rig, "observer_switching", 1.0); /* of each axis: three gains that differ */
+    /* a switching function in each axis, which gives three different gains. */
+    run_put(rig, "observer_switching", 1.0);
     run_put(rig, "offset_trim", 0.1);
-    run_put(rig, "inductance_adaptation", 0.0); /* i_d is what is requested */
+    run_put(rig, "inductance_adaptation", 0.0); /* so that i_d is the requested one */
     run_put(rig, "field_weakening", 0.0);
     run_put(rig, "compensation_gain", 0.0);
     run_parameter(rig, "motor_flux_linkage", 1.04 * FLUX);
@@ -313,13 +313,13 @@ static void run_all(void)
     run_put(rig, "current_offset_a", 0.11 + EXTRA);
     run_put(rig, "current_offset_c", 0.05 - EXTRA);
 
-    /* A power module that pulls its fault line: the value does not apply during this time. */
+    /* The power module pulls its fault line, and until it releases the line the value does not apply. */
     run_put(rig, "force_fault", 1.0);
     run_on(rig, 500.0);
     rig_run(rig, 50);
     stretch(0, &(stretch_t){.name = "refused", .state = 1.0, .refusal = REASON_FAULT_PRESENT, .flags = 3.0});
 
-    /* Without the encoder, and with a start_speed above this speed: the forced frame turns as fast as the
+    /* Without the encoder and with a start_speed above this speed, the forced frame rotates as fast as the
      * driven shaft, and so does the estimate. */
     run_put(rig, "shaft_locked_speed", 120.0 * RPM);
     run_put(rig, "shaft_locked", 1.0);
@@ -338,7 +338,8 @@ static void run_all(void)
                             .forced = true,
                             .sensorless = true});
 
-    /* Gathering speed on the encoder, the torque at its limit, the estimate reported as too slow. */
+    /* The motor accelerates on the encoder with the torque at its limit, and the estimate is reported as
+     * too slow. */
     run_put(rig, "handover_speed", 0.0);
     run_put(rig, "start_speed", 8.0);
     run_parameter(rig, "position_source", 0.0);
@@ -361,7 +362,8 @@ static void run_all(void)
                             .omega_m_ref = 1200.0 * RPM,
                             .bridge = true});
 
-    /* The estimate closes a loop of currents; a shaft that is held gives it time. It is lost once. */
+    /* The control of the currents uses the estimate, while the shaft is held so that there is enough time.
+     * The lock is lost once. */
     run_put(rig, "estimate_speed_min", 3.0);
     run_put(rig, "sink_temperature_max", 50.0);
     run_parameter(rig, "flux_adaptation", 2.0);
@@ -392,9 +394,9 @@ static void run_all(void)
                             .derated = DRIVE_SINK_SENSOR ? 0.75 * 0.1 * LIMIT : 0.0,
                             .settled = true});
 
-    /* A link that is too low for these currents. */
+    /* The link is too low for these currents. */
     run_put(rig, "sink_temperature_max", 80.0);
-    run_put(rig, "current_judged", 0.0); /* a shaft whose speed jumps */
+    run_put(rig, "current_judged", 0.0); /* the speed of the shaft jumps */
     run_parameter(rig, "position_source", 0.0);
     run_put(rig, "dc_voltage", 1.02 * rig_value(rig, "dc_undervoltage"));
     run_put(rig, "shaft_locked_speed", 1500.0 * RPM);
@@ -409,14 +411,15 @@ static void run_all(void)
                             .bridge = true,
                             .cut = true});
 
-    /* A sensor at its rail, and while the drive is off a link that is too high. */
+    /* A sensor is at the end of its range, and while the drive is off the link is too high. */
     run_put(rig, "stuck_current_a", 4095.0);
     rig_run(rig, 3);
     run_put(rig, "stuck_current_a", -1.0);
     const double stopped = rig_period(rig);
     run_put(rig, "dc_voltage", 5.0 + rig_value(rig, "dc_overvoltage"));
     rig_run(rig, 10);
-    run_put(rig, "fault_reset", 1.0); /* too early, and never again */
+    /* This reset is too early, because the voltage is still too high. The reset is not repeated. */
+    run_put(rig, "fault_reset", 1.0);
     rig_run(rig, 1);
     run_put(rig, "dc_voltage", 200.0);
     run_put(rig, "shaft_locked_speed", 400.0 * RPM);
@@ -427,7 +430,7 @@ static void run_all(void)
                             .refusal = REASON_FAULT_LATCHED,
                             .fault_reason = REASON_BAD_SAMPLE,
                             .fault_period = stopped,
-                            .faults_later = 8.0, /* bit 3: the fault table's fourth row */
+                            .faults_later = 8.0, /* bit 3 is the fourth row of the fault table */
                             .fault_present = REASON_DC_OVERVOLTAGE,
                             .faults_seen = 1.0,
                             .flags = 1.0});
@@ -444,7 +447,7 @@ static void run_all(void)
     settings_lines = rig_value(rig, "params.encoder_lines");
     settings_mean_share = 1.0 - exp(-(double)SMO_GAIN_CUTOFF * RIG_PERIOD_SECONDS);
     pll_params_t pll = {.period = (float)RIG_PERIOD_SECONDS};
-    TEST_ASSERT_TRUE(pll_design(&pll, 200.0f, /* by the rule: 50 rad/s at least, and four times that */
+    TEST_ASSERT_TRUE(pll_design(&pll, 200.0f, /* by the rule four times the smallest bandwidth, 50 rad/s */
                                 (float)rig_value(rig, "pll_damping"), 50.0f, (float)RIG_PERIOD_SECONDS));
     settings_kp = (double)pll.kp;
     rig_free(rig);
@@ -452,10 +455,10 @@ static void run_all(void)
 
 /* ---- the checks ---- */
 
-/* The column of the record from which each row is read: its own, or a wrong one, which the check must detect.
- */
+/* The column of the record from which each row is read: its own column or a wrong one, which the check
+ * must detect. */
 static uint32_t wired[ROW_COUNT];
-static uint32_t late[ROW_COUNT]; /* [periods] by which it is old */
+static uint32_t late[ROW_COUNT]; /* [periods] by which the row is old */
 
 static double at(uint32_t k, uint32_t row)
 {
@@ -484,7 +487,7 @@ static double complex duty_vector(uint32_t k)
     return clarke(V(duty_a), V(duty_b), V(duty_c));
 }
 
-static const char *wrong; /* the check that failed; NULL: none */
+static const char *wrong; /* the check that failed; NULL if none */
 static uint32_t wrong_at;
 static double wrong_is, wrong_expected;
 
@@ -509,7 +512,7 @@ static bool near_to(uint32_t k, const char *name, double expected, double is, do
         return false;                                                                                        \
     }
 
-/* The drive's states, and what it reads of sensors. A code of the ADC is the resolution of each. */
+/* The states of the drive, and what it reads from the sensors. The tolerance of each is a code of the ADC. */
 static bool sensors_and_states(const stretch_t *s, uint32_t k)
 {
     const sample_t *sample = &record[k];
@@ -531,7 +534,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(chopper_heat, 0.0, 0.0)
     EXPECT(brake_state, 0.0, 0.0)
     EXPECT(supply_current, 0.0, 0.0) /* tests/cases/supply_current.grid */
-    /* no step of commissioning is requested here; tests/lab/test_commission.c runs them */
+    /* This run requests no step of commissioning; tests/lab/test_commission.c runs them. */
     EXPECT(commission_state, 0.0, 0.0)
     EXPECT(commission_reason, 0.0, 0.0)
     EXPECT(commission_detail, 0.0, 0.0)
@@ -557,7 +560,8 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(commission_friction_coulomb, 0.0, 0.0)
     EXPECT(commission_friction_viscous, 0.0, 0.0)
     EXPECT(speed_calm, 1.0, 0.0) /* nothing oscillates */
-    /* by the rules of theory 3, 7 and 23 for the default motor, with the flux configured as above */
+    /* The gain follows from the rules of docs/theory.md, 3, 7 and 23, for the default motor with the flux
+     * configured as above. */
     const double gain = 1.25 * 1.04 * FLUX * POLE_PAIRS * 220.0;
     const double dead =
         (double)(BOARD_SECONDS(BOARD_DEAD_TIME_NS) * BOARD_VOLTS(BOARD_OVERVOLTAGE_MV) / DRIVE_PERIOD);
@@ -570,7 +574,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(fault_present, s->fault_present, 0.0)
     EXPECT(faults_seen, s->faults_seen, 0.0)
     EXPECT(sample_flags, s->flags, 0.0)
-    /* the medium task ends before a second interrupt comes */
+    /* The medium task ends before a second interrupt comes. */
     EXPECT(fast_cycles, RIG_INTERRUPT_CYCLES, 2.0)
     EXPECT(fast_cycles_max, LONGER * RIG_INTERRUPT_CYCLES, 2.0)
     EXPECT(medium_cycles, RIG_MEDIUM_CYCLES + RIG_INTERRUPT_CYCLES, 2.0)
@@ -586,7 +590,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(leg_voltage_beta_hat, 0.0, 0.0)
     EXPECT(leg_resistance_alpha_hat, 0.0, 0.0)
     EXPECT(leg_resistance_beta_hat, 0.0, 0.0)
-    EXPECT(field_weakened, 0.0, 0.0) /* tests/cases/field_weakening.py looks at both */
+    EXPECT(field_weakened, 0.0, 0.0) /* tests/cases/field_weakening.py tests both */
     EXPECT(voltage_trim, 0.0, 0.0)
     if (s->bridge) {
         EXPECT(estimator_invalid, s->invalid, 0.0)
@@ -607,17 +611,18 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     const double step = 2.0 * PI * POLE_PAIRS / ENCODER_N;
     EXPECT(encoder_theta_e, wrapped((V(encoder_count) + 0.5) * step), 2e-6)
     EXPECT_OF("encoder_count", wrapped(V(encoder_theta_e) - sample->true_theta_e), 0.0, 0.6 * step)
-    /* acceleration over half the bandwidth, and 0.75 bandwidth times half a step, encoder.h */
+    /* The lag is the acceleration divided by half the bandwidth; noise is 0.75 bandwidth times half a step
+     * (encoder.h). */
     EXPECT(encoder_omega_e, sample->true_omega_e, 2.5)
     return true;
 }
 
-/* Currents and voltages in their frames. A float has 24 bits. */
+/* Currents and voltages in their frames. The precision of a float is 24 bits. */
 static bool frames(const stretch_t *s, uint32_t k)
 {
     const double complex abc = clarke(V(i_a), V(i_b), V(i_c));
     const double complex ab = pair(k, R_i_alpha, R_i_beta);
-    /* the trim active is that of the window before the last; the first period of the last shows it */
+    /* The active trim is that of the window before the last; the first period of the last window shows it. */
     const uint32_t ago = DRIVE_WINDOW + ((uint32_t)record[k].row[R_period] - 1u) % DRIVE_WINDOW;
     const bool is_seen = k >= s->first + ago;
     const double complex trim_before = pair(is_seen ? k - ago : k, R_trim_alpha, R_trim_beta);
@@ -647,19 +652,20 @@ static bool frames(const stretch_t *s, uint32_t k)
         EXPECT(frame_theta_e, V(theta_e), 0.0)
         EXPECT(i_d_ref, (double)(float)s->i_d_ref, 0.0)
         EXPECT(i_q_ref, (double)(float)s->i_q_ref, 0.0)
-        EXPECT(torque_current, (double)(float)s->i_q_ref, 0.0) /* a round rotor's is i_q */
+        EXPECT(torque_current, (double)(float)s->i_q_ref, 0.0) /* for a round rotor it is i_q */
     }
     if (s->forced) {
         EXPECT(omega_m_ref, s->omega_m_ref, 0.01)
     } else if (isnan(s->omega_m_ref)) {
-        /* the medium task has it from the end of the window before the last */
+        /* The medium task knows it from the end of the window before the last on. */
         if (k % LENGTH > ago) {
             EXPECT(omega_m_ref, at(k - ago - 1u, R_omega_m), 0.0)
         }
     } else {
         EXPECT(omega_m_ref, (double)(float)s->omega_m_ref, 0.0)
     }
-    /* The inverter has no loss, so duties and link are the voltage; duties are whole counts. */
+    /* The inverter has no losses, so that the voltage follows from duties and link; duties are whole
+     * counts. */
     const double complex u = duty_vector(k) * V(u_dc);
     const double turning = s->forced ? POLE_PAIRS * V(omega_m_ref) : V(omega_e);
     const double complex u_dq = u * cexp(-J * (V(frame_theta_e) + 1.5 * settings_period * turning));
@@ -667,7 +673,7 @@ static bool frames(const stretch_t *s, uint32_t k)
     EXPECT(u_d, creal(u_dq), count)
     EXPECT(u_q, cimag(u_dq), count)
     if (s->cut) {
-        /* A vector that is cut keeps its direction. */
+        /* A voltage vector that is limited keeps its direction. */
         const double complex u_ref = pair(k, R_u_d_ref, R_u_q_ref);
         EXPECT_OF("u_ref", cabs(u_ref) > cabs(u_dq) + 1.0, 1.0, 0.0)
         EXPECT_OF("u_ref", carg(u_ref / u_dq), 0.0, count / cabs(u_dq))
@@ -681,7 +687,8 @@ static bool frames(const stretch_t *s, uint32_t k)
 /* Values that follow from the periods before. */
 static bool in_time(const stretch_t *s, uint32_t k)
 {
-    /* The encoder's speed follows its angle (encoder.h): the error that moved the speed, and the next one. */
+    /* The speed of the encoder follows its angle (encoder.h): the error that has changed the speed, and
+     * the next error. */
     const double r = 1.0 - exp(-settings_encoder * settings_period);
     const double per_speed = settings_period / (r * r);
     const double error = (at(k - 1u, R_encoder_omega_e) - at(k - 2u, R_encoder_omega_e)) * per_speed;
@@ -691,8 +698,8 @@ static bool in_time(const stretch_t *s, uint32_t k)
     if (!s->bridge) {
         return true;
     }
-    /* The duties of k - 1 act in period k, the upper switch on for all of it but the dead time; of a pulse
-     * that is hardly longer, one half may be all dead time. */
+    /* The duties of k - 1 act in period k. The upper switch is on for its duty less the dead time; for a
+     * pulse hardly longer than the dead time, one half may consist of dead time alone. */
     static const uint32_t duties[3] = {R_duty_a, R_duty_b, R_duty_c};
     for (uint32_t n = 0; n < 3u; n++) {
         const double duty = at(k - 1u, duties[n]);
@@ -735,24 +742,26 @@ static bool estimate(const stretch_t *s, uint32_t k)
     }
     EXPECT_OF("theta_hat", wrapped(V(theta_hat) - sample->true_theta_e), sample->theta_hat_err, 1e-6)
     EXPECT_OF("theta_hat", sample->theta_hat_err, 0.0, 0.15)
-    /* beside an EMF that is small: a step of the ADC within a period is so much voltage on L */
+    /* A step of the ADC within a period corresponds to this voltage on L, which matters when the EMF is
+     * small. */
     const double size = FLUX * sample->true_omega_e;
     const double step =
         s->forced ? settings_inductance * (double)BOARD_CURRENT_PER_CODE / settings_period : 0.0;
     EXPECT(omega_hat, sample->true_omega_e, 0.03 * sample->true_omega_e + settings_kp * step / size)
-    /* the k_p term; the integrator has changed by its share of the detector in this time, 0.3 % of that */
+    /* The term of k_p; in this time the integrator has changed by its share of the detector, 0.3 % of the
+     * term. */
     EXPECT_OF("omega_hat", V(omega_hat) - V(omega_smooth), settings_kp * V(detector),
               0.01 * settings_kp * fabs(V(detector)) + 2e-4)
 
-    /* The voltage of the switching function, which nothing filters where the lag is compensated exactly. */
+    /* The voltage of the switching function is not filtered where the lag is compensated exactly. */
     EXPECT(e_hat_alpha, settings_gain * V(k_f_alpha) * V(i_err_alpha), 1e-3)
     EXPECT(e_hat_beta, settings_gain * V(k_f_beta) * V(i_err_beta), 1e-3)
     /* The inverter is ideal. The drive does not learn, and its model of the inverter is right except for
      * one voltage drop, which has an effect only here.
      */
     EXPECT(dead_time_hat, DROP, 1e-2 * DROP)
-    /* The EMF of the rotor, j psi_f omega e^(j theta), but for the waves of a sigmoid that acts in each axis.
-     */
+    /* The EMF of the rotor is j psi_f omega e^(j theta), except for the ripple that a sigmoid in each axis
+     * makes. */
     const double complex e = J * size * cexp(J * sample->true_theta_e);
     EXPECT(e_alpha, creal(e), 0.06 * size + step)
     EXPECT(e_beta, cimag(e), 0.06 * size + step)
@@ -769,8 +778,8 @@ static bool estimate(const stretch_t *s, uint32_t k)
     return true;
 }
 
-/* The components of a row in proportion to cos theta and to sin theta: the best fit over a part of the run.
- */
+/* The components of a row in proportion to cos theta and to sin theta, fitted by least squares over a part
+ * of the run. */
 static double complex fitted(const stretch_t *s, uint32_t row)
 {
     double cc = 0.0, cs = 0.0, ss = 0.0, ec = 0.0, es = 0.0;
@@ -787,7 +796,7 @@ static double complex fitted(const stretch_t *s, uint32_t row)
     return (ec * ss - es * cs) / determinant + J * (es * cc - ec * cs) / determinant;
 }
 
-/* The lag is compensated in each axis; at this speed it is 50 mrad or more. */
+/* The lag is compensated in each axis; at this speed it is at least 50 mrad. */
 static bool without_lag(const stretch_t *s)
 {
     const uint32_t k = s->first;
@@ -799,16 +808,14 @@ static bool without_lag(const stretch_t *s)
     return true;
 }
 
-/* k_f of the compensation is power-weighted over both axes, p/q of the low-passed p = sum of k_f x^2 and q =
- * sum of x^2 (smo.h). Both take the share s of each sample, so that
- *
- *     (1 - s) q(k-1) (k_f(k) - k_f(k-1)) = s (p_k - k_f(k) q_k)
- *
- * where q(k-1), the mean square of the error, hardly moves: what does, is the waves of the gain itself. */
+/* k_f of the compensation is power-weighted over both axes: it is p/q of the low-passed p = sum of k_f x^2
+ * and q = sum of x^2 (smo.h). Both low-passes take the share s of each sample, so that (1 - s) q(k-1)
+ * (k_f(k) - k_f(k-1)) = s (p_k - k_f(k) q_k). There q(k-1), the mean square of the error, is almost
+ * constant; it changes only by the ripple of the gain itself. */
 static bool weighted_gain(const stretch_t *s)
 {
     const double share = settings_mean_share;
-    double mean = 0.0; /* q before the first sample: that of the whole stretch */
+    double mean = 0.0; /* q before the first sample is the mean over the whole stretch */
     double missed = 0.0;
     double moved = 0.0;
     for (uint32_t k = s->first; k < s->end; k++) {
@@ -831,8 +838,8 @@ static bool weighted_gain(const stretch_t *s)
     return true;
 }
 
-/* The contributions of L, R and dead time that are not learnt, of a steady loop (theory, 31); the gain of the
- * sensors and the waves of the switching beside them. */
+/* The uncertainty of a steady loop from L, R and dead time that are not learnt (theory, 31), from the gain
+ * of the sensors, and from the ripple of the switching function. */
 static double uncertainty(uint32_t k)
 {
     const double size = FLUX * record[k].true_omega_e;
@@ -890,7 +897,7 @@ void setUp(void)
     wire_all();
 }
 
-/* A new row belongs into the list above, with a check. */
+/* A new row must be added to the list above, with a check. */
 static void test_every_row_is_checked(void)
 {
     const table_t *signals = NULL;
@@ -919,9 +926,9 @@ static void test_every_row_has_the_value_of_its_text(void)
     TEST_ASSERT_NULL_MESSAGE(wrong, message);
 }
 
-/* Rows in which this run shows nothing: a confidence in what is not learnt here, rows of the fault table that
- * are not provoked, a heat that is not judged, a link that is stiff, a field that is not weakened, a
- * commissioning that is not requested; without a sensor of temperature, warnings. */
+/* Rows that do not change in this run: a confidence in a value that is not learnt; rows of the fault table
+ * that are not provoked; a thermal model that is off; a stiff link; a field that is not weakened; a
+ * commissioning that is not requested. Without sensors of temperature their warnings do not change either. */
 static bool empty(uint32_t row)
 {
     return row == R_inductance_confidence || row == R_emf_shape_d_hat || row == R_emf_shape_q_hat ||
@@ -934,8 +941,8 @@ static bool empty(uint32_t row)
            (row == R_warnings && !DRIVE_SINK_SENSOR);
 }
 
-/* A board without sensors of temperature shows the same in both rows, and a round rotor's current is its
- * torque. */
+/* Two rows that are equal: both temperatures on a board without such sensors, and current and torque
+ * current of a round rotor. */
 static bool alike(uint32_t a, uint32_t b)
 {
     const bool round = (a == R_i_q_ref && b == R_torque_current) || (a == R_torque_current && b == R_i_q_ref);

@@ -1,5 +1,6 @@
-/* The software takes the time of its rows: the interrupt's writes come when its time is over, and a section
- * with interrupts off holds them up. The chip during this time, tick by tick: tests/chip/test_busy.c. */
+/* The software takes the time that its rows state: the writes of the interrupt come when its time is over,
+ * and a section with interrupts off delays them. tests/chip/test_busy.c tests the chip during this time,
+ * tick by tick. */
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
@@ -93,7 +94,8 @@ static rig_t *copy(void)
     return other;
 }
 
-/* The same signals, to the bit, while both get another speed request and a load. */
+/* Both simulations must have the same signals, to the bit, while they get another speed request and a
+ * load. */
 static void expect_same_bits(rig_t *other)
 {
     static const char *const rows[] = {"i_a",     "i_b",     "u_dc",        "duty_a",       "duty_b",
@@ -113,8 +115,9 @@ static void expect_same_bits(rig_t *other)
     rig_free(other);
 }
 
-/* hal_read takes the samples of t_k independently of the duration of the rest, and duties act from t_{k+1} as
- * long as they are written before it. Gates are switched at the end, so they are on before. */
+/* hal_read takes the samples of t_k whatever the rest of the interrupt takes, and duties act from t_{k+1}
+ * on if they are written before it. Gates are switched at the end of the interrupt, so that they must be
+ * on before. */
 static void test_within_the_period_no_bit_depends_on_it(void)
 {
     start();
@@ -125,7 +128,7 @@ static void test_within_the_period_no_bit_depends_on_it(void)
     expect_same_bits(quick);
 }
 
-/* The drive's own measurement is of the whole interrupt, and the longest one stays. */
+/* The drive's measurement covers the whole interrupt, and it keeps the longest one. */
 static void test_the_drive_reports_what_its_last_and_its_longest_interrupt_took(void)
 {
     static const double factors[] = {1.0, 2.0, 0.5};
@@ -142,7 +145,7 @@ static void test_the_drive_reports_what_its_last_and_its_longest_interrupt_took(
 
 /* ---- the medium task ---- */
 
-/* It and the interrupts in it take this number of windows, from its begin. */
+/* The medium task, with the interrupts during it, takes this number of windows from its begin. */
 static void put_medium(rig_t *of, double windows)
 {
     const double alone = DRIVE_WINDOW * ((double)RIG_PERIOD_TICKS - interrupt_ticks());
@@ -150,8 +153,8 @@ static void put_medium(rig_t *of, double windows)
     run_put(of, "medium_time", windows * alone / cycles);
 }
 
-/* The setpoint of a window acts from a fixed period on, whenever it is ready before. The background applies
- * learnt values when it has time: here nothing is learnt. */
+/* The setpoint of a window takes effect in a fixed period, whenever it is ready before that. The
+ * background applies learnt values when it has time; in this test nothing is learnt. */
 static void test_within_the_window_no_bit_depends_on_the_medium_task(void)
 {
     static const double windows[] = {0.1, 0.3, 0.5, 0.7, 0.9, 0.95};
@@ -167,7 +170,7 @@ static void test_within_the_window_no_bit_depends_on_the_medium_task(void)
     }
 }
 
-/* From its begin to its end: its own time, and that of the interrupts during it. */
+/* The measured time is from its begin to its end: its own time and that of the interrupts during it. */
 static void test_the_drive_reports_what_its_last_and_its_longest_medium_task_took(void)
 {
     const double period = (double)RIG_PERIOD_TICKS * ((double)BOARD_SYSCLK_HZ / 150e6);
@@ -191,7 +194,7 @@ static void test_the_drive_reports_what_its_last_and_its_longest_medium_task_too
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "medium_cycles"));
 }
 
-/* For one window the last setpoint continues to act; in the second one the gates are off. */
+/* For one window the last setpoint remains active; in the second window the gates are off. */
 static void test_a_medium_task_longer_than_the_window_is_reported_as_late(void)
 {
     start();
@@ -224,7 +227,7 @@ static void test_a_medium_task_that_is_late_once_stops_nothing(void)
     TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
 
-/* Three late samples in succession, as for a sample that comes too late; then the gates are off. */
+/* Three successive late samples turn the gates off, as they do if samples come too late. */
 static void test_an_interrupt_longer_than_the_period_is_reported_as_late(void)
 {
     start();
@@ -237,8 +240,8 @@ static void test_an_interrupt_longer_than_the_period_is_reported_as_late(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
 }
 
-/* The interrupt of t_k runs over t_{k+1}, and the truth of t_{k+1} is that of this instant nevertheless: a
- * shaft without friction and load turns on by omega T_s p each period. */
+/* The interrupt of t_k is still running at t_{k+1}, and the recorded truth of t_{k+1} is nevertheless that
+ * of this instant: a shaft without friction and load turns by omega T_s p in each period. */
 static void test_truth_is_of_t_k_while_an_interrupt_runs_over_it(void)
 {
     run_put(rig, "friction_coulomb", 0.0);
@@ -257,7 +260,7 @@ static void test_truth_is_of_t_k_while_an_interrupt_runs_over_it(void)
 
 /* ---- sections with interrupts off ---- */
 
-/* All rows that may change while the bridge is on, changed slightly and back. */
+/* All parameters that may change while the bridge is on are changed slightly and back. */
 static void change_live_parameters(double factor)
 {
     const table_t *params = rig_table(0);
@@ -296,7 +299,7 @@ static void test_a_change_of_all_live_parameters_makes_no_sample_late_at_any_pha
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * RPM_ASKED, RPM_ASKED, rig_value(rig, "true_omega_m") / RPM);
 }
 
-/* The same with a section that holds interrupts up for four periods. */
+/* A section delays the interrupts by four periods; the reaction is that to a late interrupt. */
 static void test_a_change_with_interrupts_off_for_periods_is_late(void)
 {
     start();

@@ -1,35 +1,35 @@
-/* Starting without an encoder from standstill: every angle on three shafts, under every load that the current
- * can turn, with parameters that are wrong by what a data sheet, a winding's temperature or an unknown load
- * leaves, under a load that sticks. Each case is a row, its points are a grid. A shaft that is held is in the
- * fault matrix (jam). */
+/* Starts without an encoder from standstill: from every angle, on three shafts, under every load that the
+ * current can turn, under a load with static friction, and with parameters that are wrong as they are
+ * after a data sheet, with a warm winding or with an unknown load. Each case is a row of a table, and its
+ * points are a grid. The fault matrix contains a shaft that is held (jam). */
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/start.h"
 #include "tests/rig/the_rig.h"
 
-#define ABOVE_HANDOVER 1.0  /* [r/min] requested beyond handover_speed: below it the frame stays forced */
-#define LONGEST        12.0 /* [s] that a start is watched, all its tries */
-#define SETTLED        0.8  /* [s] after hand-over that it must last */
-#define TORQUE_WINDOW  20u  /* [periods] before hand-over, and after it */
-#define TORQUE_SKIPPED 5u   /* [periods] of those after it */
+#define ABOVE_HANDOVER 1.0  /* [r/min] request above handover_speed, below which the frame stays forced */
+#define LONGEST        12.0 /* [s] for which a start is observed, with all its tries */
+#define SETTLED        0.8  /* [s] for which the motor must run after the hand-over */
+#define TORQUE_WINDOW  20u  /* [periods] of the mean before the hand-over and after it */
+#define TORQUE_SKIPPED 5u   /* [periods] after the hand-over that are left out */
 
 static start_seen_t seen;
-static double asked; /* [r/min] of the start under way */
+static double asked; /* [r/min] requested speed of the present start */
 
 /* ---- the cases ---- */
 
-/* NOMINAL: runs, within the limits of expect_nominal(). STARTS: runs. ENDS: the start is not guaranteed, for
- * example of a hoist without a brake. For each result of the start: the motor runs, or it has stopped with a
+/* NOMINAL: the motor runs, within the limits of expect_nominal(). STARTS: the motor runs. ENDS: the start
+ * is not guaranteed, for example that of a hoist without a brake; the motor runs, or it has stopped with a
  * fault after start_tries, and no current exceeds the trip. */
 typedef enum { NOMINAL, STARTS, ENDS } promise_t;
 
 typedef struct {
     const char *name;
-    uint32_t shafts, angles; /* [-] over an electrical turn */
+    uint32_t shafts, angles; /* [-] number of angles over an electrical turn */
     uint32_t loads;
-    double shares[4]; /* of the rated torque */
+    double shares[4]; /* loads as shares of the rated torque */
     double kind;      /* 0 passive, 1 active */
     double sticks;    /* torque at standstill divided by the torque while turning; 0: the shaft creeps */
-    bool wrong;       /* with every row of `wrongs` */
+    bool wrong;       /* all parameters of `wrongs` are wrong */
     promise_t promise;
 } start_case_t;
 
@@ -42,8 +42,9 @@ static const start_case_t cases[] = {
     {"test_starts_wrong_and_sticking", START_BOTH, 8u, 2u, {0.5, 1.0}, 0.0, 1.5, true, STARTS},
 };
 
-/* The assumed values are the true ones times these factors; of the dead time's voltage, T_e/T U_dc + V_0 with
- * T_e the dead band and the difference of the delays (docs/theory.md, 12), this share. */
+/* The assumed values are the true ones times these factors. For the voltage of the dead time this is a
+ * share of T_e/T U_dc + V_0, where T_e is the dead band and the difference of the delays (docs/theory.md,
+ * 12). */
 static const struct {
     const char *name;
     start_row_t rows[2];
@@ -82,13 +83,13 @@ static void put_wrong(uint32_t n)
 
 /* ---- one start ---- */
 
-/* From the last hand-over on; a rotor that was caught turning backwards has none, there it is from the speed
- * requested on. */
+/* Values from the last hand-over on. A rotor that was caught turning backwards has no hand-over; its
+ * values begin when it has reached the requested speed. */
 typedef struct {
-    double begin;      /* [s] */
-    double torque[2];  /* [N m] means before and after */
-    double dip, error; /* [r/min], [rad] */
-    uint32_t periods;  /* since */
+    double begin;      /* [s] time of the hand-over */
+    double torque[2];  /* [N m] means before and after the hand-over */
+    double dip, error; /* [r/min] largest lack of speed, [rad] largest angle error */
+    uint32_t periods;  /* number of periods since then */
     bool handed_over;
     bool judged;
 } start_end_t;
@@ -116,7 +117,7 @@ static void judge(start_end_t *end, uint32_t now, int before, const double torqu
     }
 }
 
-/* Until it has run for long enough, or has stopped; the largest current [A]. */
+/* Runs until the motor has run for long enough or has stopped; returns the largest current [A]. */
 static double watch_start(start_end_t *end)
 {
     double torque[TORQUE_WINDOW] = {0}, current = 0.0;
@@ -140,8 +141,8 @@ static double handover_speed(void)
     return (double)limits->handover_speed / POLE_PAIRS / RPM;
 }
 
-/* Requirements: 2 s, 11 A, 15 r/min, 120 mrad, 1 N m. In the grid the error is 43 mrad and the step 0.5 N m.
- */
+/* The requirements are 2 s until the hand-over, 11 A, 15 r/min, an angle error of 120 mrad and a torque
+ * step of 1 N m. The largest measured angle error in the grid is 43 mrad, the largest torque step 0.5 N m. */
 static void expect_nominal(const start_end_t *end, double current, const char *where)
 {
     TEST_ASSERT_TRUE_MESSAGE(end->begin <= 2.0, where);
@@ -158,7 +159,7 @@ static void expect_start(const start_case_t *of, start_shaft_t shaft, double loa
     rig_free(rig);
     rig = start_on_desk(shaft, 1u);
     put_wrong(wrong);
-    /* the plant adds a passive load to its break-away torque */
+    /* The plant adds a passive load to its break-away torque. */
     run_put(rig, "friction_breakaway", of->sticks > 0.0 ? of->sticks * (data->friction + load) - load : 0.0);
     run_put(rig, "load_kind", of->kind);
     start_ready(rig, theta_e);

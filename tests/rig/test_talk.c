@@ -1,4 +1,4 @@
-/* The drive on its line: a master of this file's own on the wire, octet by octet. */
+/* The drive on its line, octet by octet, with a master that is part of this file. */
 #include "app/talk.h"
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
@@ -14,15 +14,15 @@
 #define EXTENSION_REQUESTS 2u
 #define EXTENSION_SERVICES 3u
 
-/* ---- the wire, without a limit of its length; the chip's line: cases/test_talk_noise.c, test_talk_fuzz.c
- * ---- */
+/* ---- a line of unlimited length; the chip's line is tested in cases/test_talk_noise.c and
+ * test_talk_fuzz.c ---- */
 
 static struct {
     uint8_t to_drive[ROOM];
     uint32_t put, taken;
     uint8_t from_drive[ROOM];
     uint32_t count;
-    uint32_t throughput; /* [octets] that the drive gets rid of in a period */
+    uint32_t throughput; /* [octets] that the drive can send in a period */
     uint32_t left;
 } wire;
 static uint32_t counter;
@@ -77,7 +77,7 @@ static void send(const uint8_t *packet, uint32_t count)
 }
 #define SEND(...) send((const uint8_t[]){__VA_ARGS__}, sizeof((const uint8_t[]){__VA_ARGS__}))
 
-/* The next packet from the drive, out of the wire; 0 octets: there is none yet. */
+/* The next packet from the drive on the line; returns its number of octets, 0 if there is none yet. */
 static uint32_t next_packet(uint8_t packet[256])
 {
     const uint32_t length =
@@ -94,9 +94,9 @@ static uint32_t next_packet(uint8_t packet[256])
 }
 
 static uint8_t answer[256];
-static uint32_t samples; /* that arrived while the master waited for an answer */
+static uint32_t samples; /* number of samples that arrived while the master waited for an answer */
 
-/* The answer to what was sent; packets of samples are passed over. Returns its octets. */
+/* Waits for the answer to the last command and skips packets of samples. Returns the number of octets. */
 static uint32_t wait_answer(uint32_t patience)
 {
     for (uint32_t n = 0; n < patience; n++) {
@@ -128,7 +128,7 @@ static void expect_error(uint8_t code)
     TEST_ASSERT_EQUAL_HEX8(code, answer[1]);
 }
 
-/* A command that names a row: its octet, how many slots or octets, the address. */
+/* A command that names a row: its code, the number of slots or octets, and the address. */
 static void address(uint8_t packet[8], uint8_t command, uint8_t count, uint8_t extension, uint32_t id)
 {
     const uint8_t head[8] = {command, count, 0, extension};
@@ -144,7 +144,7 @@ static void choose(uint8_t extension, uint32_t id)
     expect_ok();
 }
 
-/* This number of slots, at the address that was chosen. */
+/* Writes this number of slots at the selected address. */
 static void download(const uint32_t *bits, uint32_t count)
 {
     uint8_t packet[2u + 8u] = {0xF0, (uint8_t)(4u * count)};
@@ -205,7 +205,7 @@ void setUp(void)
     samples = 0u;
     rig = run_rig(1u);
     plug_in();
-    rig_run(rig, rig_periods(0.06)); /* ready */
+    rig_run(rig, rig_periods(0.06)); /* the drive is ready */
 }
 
 /* ---- values ---- */
@@ -217,7 +217,7 @@ static void test_every_row_reads_as_the_rig_has_it(void)
         for (uint32_t n = 0; n < app_tables[table]->count; n++) {
             const table_row_t *row = &app_tables[table]->rows[n];
             if (table == EXTENSION_SIGNALS || row->id >= 1950u) {
-                continue; /* they change under way */
+                continue; /* these values change during the reading */
             }
             double value = 0.0;
             const uint32_t bits = read_slot((uint8_t)table, row->id);
@@ -230,14 +230,14 @@ static void test_every_row_reads_as_the_rig_has_it(void)
         }
     }
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "line_errors"));
-    for (uint32_t n = 0; n < 5u; n++) { /* a signal that stands */
+    for (uint32_t n = 0; n < 5u; n++) { /* a signal that is constant */
         TEST_ASSERT_EQUAL_HEX32(float_bits((float)rig_value(rig, "offset_a")),
                                 read_slot(EXTENSION_SIGNALS, id_of("offset_a")));
     }
 }
 
-/* Two requests in one command are one set: speed 20 and mode current would be refused one by one in neither
- * order, but are taken in the same period. */
+/* Two requests in one command are one set. Speed 20 and mode current would be refused one by one in either
+ * order, but they are accepted in the same period. */
 static void test_requests_of_one_command_are_one_set(void)
 {
     connect();
@@ -251,7 +251,7 @@ static void test_requests_of_one_command_are_one_set(void)
     choose(EXTENSION_REQUESTS, id_of("mode"));
     download(too_fast, 2u);
     expect_error(0x22);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "mode")); /* neither of them */
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "mode")); /* neither request has taken effect */
 }
 
 static void test_identification_is_at_the_address_of_the_description(void)
@@ -305,7 +305,7 @@ static void test_a_silent_master_brings_a_quick_stop(void)
 {
     connect();
     switch_on();
-    for (uint32_t n = 0; n < 30u; n++) { /* any good command is a sign of life */
+    for (uint32_t n = 0; n < 30u; n++) { /* any correct command counts as a sign of life */
         periods(rig_periods(0.09));
         SEND(0xFD);
         expect_ok();
@@ -321,7 +321,7 @@ static void test_a_silent_master_brings_a_quick_stop(void)
     periods(rig_periods(2.0));
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_READY, rig_value(rig, "state"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
-    TEST_ASSERT_TRUE(warns()); /* until a client has read it */
+    TEST_ASSERT_TRUE(warns()); /* the warning remains until a client has read it */
     connect();
     TEST_ASSERT_TRUE(warns());
     write_choice(EXTENSION_REQUESTS, id_of("enable"), REQUEST_OFF);
@@ -377,7 +377,7 @@ static void test_only_what_the_line_switched_on_stops_with_it(void)
 
 /* ---- floods ---- */
 
-/* One list of one table of this number of entries, whose first is next. */
+/* Allocates one list with one table of this number of entries, the first of which is next. */
 static void allocate(uint8_t entries)
 {
     SEND(0xD6);
@@ -412,8 +412,8 @@ static void stream(uint32_t entries, uint8_t prescaler, const uint32_t *ids)
     expect_ok();
 }
 
-/* Samples of 16 slots in every period through a line that takes a tenth of them: the stop is obeyed as soon
- * as its octets are in, and answered when the frame under way is out. */
+/* The drive sends samples of 16 slots in every period over a line that transfers a tenth of them. It must
+ * obey the stop as soon as the octets have arrived, and send the answer when the present frame is out. */
 static void test_stop_is_obeyed_while_the_line_is_flooded_by_samples(void)
 {
     const uint32_t period_id = id_of("period");
@@ -432,7 +432,7 @@ static void test_stop_is_obeyed_while_the_line_is_flooded_by_samples(void)
     periods(3u);
     TEST_ASSERT_EQUAL_DOUBLE(REQUEST_OFF, rig_value(rig, "enable"));
     TEST_ASSERT_EQUAL_DOUBLE(begun + 3.0, rig_value(rig, "period"));
-    expect_ok(); /* behind at most the one frame that was under way: 73 octets of 7 a period */
+    expect_ok(); /* it comes after at most one frame, of 73 octets at 7 per period */
 }
 
 /* ---- restart ---- */
@@ -441,7 +441,7 @@ static void test_restart_is_answered_and_begins_again(void)
 {
     connect();
     run_parameter(rig, "current_limit", 8.0);
-    write_choice(EXTENSION_SERVICES, id_of("order"), ORDER_RESTART); /* answered */
+    write_choice(EXTENSION_SERVICES, id_of("order"), ORDER_RESTART); /* the drive answers it */
     periods(rig_periods(0.1));
     TEST_ASSERT_TRUE(rig_value(rig, "period") < (double)rig_periods(0.1));
     TEST_ASSERT_EQUAL_DOUBLE(10.0, rig_value(rig, "current_limit"));
@@ -455,7 +455,7 @@ static void test_restart_is_answered_and_begins_again(void)
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
 
-/* ---- what is refused ---- */
+/* ---- refused requests ---- */
 
 static void test_a_value_out_of_its_range_and_a_row_of_another_table_are_not_staged(void)
 {
@@ -467,7 +467,8 @@ static void test_a_value_out_of_its_range_and_a_row_of_another_table_are_not_sta
     expect_error(0x22);
 }
 
-/* The entry of a list is a whole signal: a row of another table, or an address within a slot, is refused. */
+/* The entry of a list must be a whole signal: a row of another table, or an address within a slot, is
+ * refused. */
 static void test_nothing_but_a_whole_signal_is_measured(void)
 {
     const uint32_t signal = 4u * id_of("i_a");

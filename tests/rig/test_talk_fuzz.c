@@ -1,33 +1,33 @@
-/* Random and mutated octets at the drive's line, over the wire and over the chip's serial line, while it
- * runs: no period is missed and none is late, the drive sends whole frames in their order, parameters and
- * requests are always a set that may be, and none of them changes unless its new value was sent behind the
- * octet of a DOWNLOAD. Argument 1 is the total number of octets. */
+/* Random and mutated octets at the drive's line, over the line of the test and over the chip's serial
+ * line, while the drive runs. No period is missed and none is late. The drive sends whole frames in their
+ * order. Parameters and requests are always a permitted set, and none of them changes unless its new value
+ * was sent after the code of a DOWNLOAD. Argument 1 is the total number of octets. */
 #include "app/talk.h"
 #include "host_sim/rig/rig_state.h"
 #include "settings/signals.h"
 #include "tests/rig/frames.h"
 #include "tests/rig/run.h"
 
-#define RECENT 1024u /* octets that are kept: more than a command and those that wait before it */
+#define RECENT 1024u /* octets that are kept: more than a command and the octets that wait before it */
 
 static rig_t *rig;
-static uint64_t octets_each = 250000u; /* of each of the six runs */
+static uint64_t octets_each = 250000u; /* number of octets in each of the six runs */
 static uint32_t seed;
 
 static bool by_chip;
-static bool locked;         /* by a key that is never sent: nothing may be written */
+static bool locked;         /* locked by a key that is never sent: no write may take effect */
 static bool writes_nothing; /* no octet of a DOWNLOAD or SET_CAL_PAGE is sent, or the drive is locked */
 
 static uint8_t to_drive[4096];
 static uint32_t put, taken;
 static uint8_t recent[RECENT];
-static uint32_t sent; /* of it, so far */
+static uint32_t sent; /* number of octets sent so far */
 static uint64_t sent_all;
 
 static uint8_t from_drive[4096];
 static uint32_t received;
 static uint32_t frames;
-static bool counting; /* the counter of the drive's frames is known */
+static bool counting; /* true once the counter of the drive's frames is known */
 static uint32_t frame_counter;
 static uint32_t count_sent; /* counter of the next frame to the drive */
 
@@ -35,7 +35,7 @@ static params_t staged, active;
 static services_t services;
 static requests_t requests;
 static uint32_t last_period;
-static uint32_t booting; /* [periods] that it still takes, after an order to restart */
+static uint32_t booting; /* [periods] until the drive answers after an order to restart */
 static uint32_t changes;
 
 static uint32_t dice(uint32_t sides)
@@ -62,7 +62,7 @@ static uint32_t wire_write(void *context, const uint8_t *octets, uint32_t count)
 {
     (void)context;
     const uint32_t room = (uint32_t)sizeof from_drive - received;
-    const uint32_t some = dice(8u) == 0u ? dice(count + 1u) : count; /* at times it is slow */
+    const uint32_t some = dice(8u) == 0u ? dice(count + 1u) : count; /* at times the line is slow */
     const uint32_t given = some < room ? some : room;
     memcpy(from_drive + received, octets, given);
     received += given;
@@ -80,7 +80,7 @@ static void send_octet(uint32_t octet)
     sent_all++;
 }
 
-/* Octets that wait to be sent over the chip's line, no faster than that is. */
+/* Moves the waiting octets to the chip's line, at the rate of that line. */
 static void move_to_chip(void)
 {
     for (uint32_t n = 0; n < 9u && taken < put; n++) {
@@ -91,7 +91,7 @@ static void move_to_chip(void)
     }
 }
 
-/* ---- what must hold ---- */
+/* ---- conditions that every run must meet ---- */
 
 static uint32_t on_line(const table_row_t *row, uint32_t bits)
 {
@@ -155,10 +155,10 @@ static void check_values(void)
                                  row->name);
     }
     if (locked && now->drive.requests.enable == (int32_t)REQUEST_QUICK_STOP) {
-        requests.enable = (int32_t)REQUEST_QUICK_STOP; /* the one write that a locked drive takes */
+        requests.enable = (int32_t)REQUEST_QUICK_STOP; /* the one request that a locked drive accepts */
     }
     if (memcmp(&requests, &now->drive.requests, sizeof requests) != 0) {
-        requests_t stopped = requests; /* the master was silent */
+        requests_t stopped = requests; /* the requests if the master was silent */
         stopped.enable = REQUEST_QUICK_STOP;
         check_changes(&requests_table, &requests, &now->drive.requests, &stopped);
         TEST_ASSERT_TRUE(requests_check(&now->drive.requests, &now->active, &why));
@@ -287,8 +287,8 @@ static uint32_t command(uint8_t packet[64])
     return count;
 }
 
-/* In a frame; mutated by a bit, an octet, its length, or cut off. Half of those on the serial line get a
- * correct sum nevertheless. */
+/* Sends a packet in a frame, which may be mutated in a bit, an octet or its length, or truncated. Half of
+ * the mutated frames on the serial line have a correct sum nevertheless. */
 static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
 {
     const uint32_t number = by_chip && dice(32u) != 0u ? count_sent : dice(65536u);
@@ -354,7 +354,7 @@ static void some_octets(void)
     }
 }
 
-/* The next octets; where the drive drops them all until a silence, it gets one now and then. */
+/* Sends the next octets. If the drive drops all of them until a silence, it occasionally gets one. */
 static void run(void)
 {
     static const rig_line_t line = {wire_read, wire_write, NULL};
@@ -370,7 +370,8 @@ static void run(void)
             }
         } else if (backlog == 0u || (!by_chip && backlog < 64u)) {
             some_octets();
-            for (uint32_t n = by_chip ? dice(25u) : 0u; n > 0u; n--) { /* mostly it may answer */
+            /* In most cases the drive has time to answer. */
+            for (uint32_t n = by_chip ? dice(25u) : 0u; n > 0u; n--) {
                 period();
             }
         }
@@ -378,7 +379,7 @@ static void run(void)
     }
 }
 
-/* After all this a new client is served. */
+/* After all this the drive serves a new client. */
 static void expect_sane(void)
 {
     writes_nothing = false;
@@ -405,7 +406,7 @@ void setUp(void)
     booting = 0u;
     locked = false;
     rig = run_rig(1u);
-    run_put(rig, "fidelity", 1.0); /* averaged: the test concerns the software only */
+    run_put(rig, "fidelity", 1.0); /* averaged, since the test concerns the software only */
     rig_run(rig, rig_periods(0.06));
 }
 
@@ -416,7 +417,7 @@ void tearDown(void)
     rig_free(rig);
 }
 
-/* The drive runs as without a client. */
+/* The drive runs as it does without a client. */
 static void expect_nothing_changed(bool over_the_chip)
 {
     by_chip = over_the_chip;
@@ -442,7 +443,7 @@ static void test_octets_that_write_nothing_change_nothing_over_the_serial_line(v
     expect_nothing_changed(true);
 }
 
-/* All commands, also writes, are sent to a locked drive: it accepts only a quick stop. */
+/* All commands, among them writes, are sent to a locked drive: it accepts only a quick stop. */
 static void expect_a_locked_drive_unchanged(bool over_the_chip)
 {
     locked = true;
@@ -465,7 +466,7 @@ static void expect_sent_changes(bool over_the_chip)
     by_chip = over_the_chip;
     writes_nothing = false;
     run();
-    /* a write is 66 octets over the serial line, not 22 */
+    /* A write has 66 octets over the serial line and 22 otherwise. */
     TEST_ASSERT_TRUE(changes > octets_each / (over_the_chip ? 2000u : 1000u));
     expect_sane();
 }

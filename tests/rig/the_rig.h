@@ -1,4 +1,4 @@
-/* One rig a test, made by setUp() or by the test itself and freed after it. */
+/* One simulation for each test, made by setUp() or by the test itself and freed after the test. */
 #ifndef TESTS_RIG_THE_RIG_H
 #define TESTS_RIG_THE_RIG_H
 

@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""Commissions a motor from the page of `lagless scope` in a headless Chromium: a step is stopped and its
-measured values are kept; then all
-steps of another drive, with their questions, their results and the file.
+"""Commissions a motor from the page of `lagless scope` in a headless Chromium. A step is stopped, and its measured values are kept; then
+all steps of another drive run, with their questions, their results and the file.
 
-usage: test_commission_page.py LAGLESS FOLDER    screenshots go to FOLDER
+usage: test_commission_page.py LAGLESS FOLDER    screenshots are written to FOLDER
 
-Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedriver or uPlot is missing."""
+Exit codes: 0 done, 1 a check failed, 2 wrong use, 77 skipped (chromium, chromedriver or uPlot is missing)."""
 import pathlib
 import re
 import sys
@@ -27,11 +26,11 @@ position_source = "sensorless"
 inertia = 0.003
 friction_coulomb = "0.1 N m"
 """
-TRUTH = {"R": 0.95, "L_d": 12.5, "L_q": 12.5, "psi_f": 183.0, "J": 3.0}  # of the plant, in the units of the page
+TRUTH = {"R": 0.95, "L_d": 12.5, "L_q": 12.5, "psi_f": 183.0, "J": 3.0}  # parameters of the plant in the units of the page
 
 
 class Page(Bench):
-    """A drive in real time, or as fast as possible; a scope; a browser."""
+    """A drive, in real time or as fast as possible, a scope, and a browser."""
 
     def __init__(self, lagless, folder, work, *options):
         self.lagless, self.folder, self.processes, self.browser = lagless, folder, [], None
@@ -71,7 +70,7 @@ class Page(Bench):
         self.wait("/whole pole pairs/.test(document.getElementById('commission_said').textContent)", "the refusal")
 
     def in_the_inductance_step(self, action, what, seconds):
-        """Does `action` within the same script that finds the step under way: a slow machine cannot let the step end in between."""
+        """Does `action` within the script that detects the running step: on a slow machine the step could end between two scripts."""
         self.wait("(scope.state.commission.running && scope.state.commission.values.length > 0"
                   " && scope.state.commission.steps[scope.state.commission.step].name === 'inductance'"
                   f" && ({action}, true))", what, seconds)
@@ -107,7 +106,7 @@ class Page(Bench):
 
     def all_steps_measure_the_motor(self):
         self.opens()
-        # a drive that runs as fast as possible would wait for a page that draws its samples
+        # A drive that runs as fast as possible would wait for a page that draws its samples.
         self.run("return fetch('signals', {method: 'POST', body: '0', headers: {'X-Lagless': '1'}}).then(a => a.json())")
         self.fills()
         self.begins()

@@ -64,7 +64,7 @@ static void work(void)
     }
 }
 
-/* All received octets, and their number. */
+/* Reads all received octets; returns their number. */
 static ssize_t receive(int from, char *to, size_t size)
 {
     size_t count = 0;
@@ -84,7 +84,7 @@ static void expect_status(int from, int status)
     TEST_ASSERT_EQUAL_STRING_LEN(wanted, answer, strlen(wanted));
 }
 
-/* A request with T for the token and P for the port in it, in braces. */
+/* Sends a request; {T} in it becomes the token and {P} the port. */
 static void ask(int to, const char *form)
 {
     static char text[3u * HTTP_HEAD_MAX];
@@ -133,21 +133,21 @@ static void test_a_foreign_request_is_refused_and_nothing_is_done(void)
         const char *request;
         int status;
     } rows[] = {
-        /* a name of another site that leads here, none, another port */
+        /* A foreign host name that leads to this address, no host name, another port. */
         {"GET /{T}/ HTTP/1.1\r\nHost: evil.example\r\n\r\n", 403},
         {"GET /{T}/ HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", 403},
         {"GET /{T}/ HTTP/1.1\r\nHost: 127.0.0.1:1\r\n\r\n", 403},
         {"GET /{T}/ HTTP/1.1\r\nHost: 127.0.0.1:{P}.evil.example\r\n\r\n", 403},
         {"GET /{T}/ HTTP/1.1\r\n\r\n", 403},
-        /* without the token */
+        /* Requests without the token. */
         {"GET / HTTP/1.1\r\n" HERE "\r\n", 403},
         {"GET /events HTTP/1.1\r\n" HERE "\r\n", 403},
         {"GET //events HTTP/1.1\r\n" HERE "\r\n", 403},
         {"GET /0123456789abcdef0123456789abcdef/ HTTP/1.1\r\n" HERE "\r\n", 403},
         {"GET /{T} HTTP/1.1\r\n" HERE "\r\n", 403},
         {"GET {T}/events HTTP/1.1\r\n" HERE "\r\n", 400},
-        /* of a page of another origin that knows the token: one of another port of this machine is
-           "same-site" */
+        /* A request from a page of another origin that knows the token; a page at another port of this
+         * machine counts as "same-site". */
         {PAGE "Sec-Fetch-Site: cross-site\r\n\r\n", 403},
         {PAGE "Sec-Fetch-Site: same-site\r\n\r\n", 403},
         {PAGE "sec-fetch-site:cross-site\r\n\r\n", 403},
@@ -157,14 +157,14 @@ static void test_a_foreign_request_is_refused_and_nothing_is_done(void)
         {PAGE "Origin: null\r\n\r\n", 403},
         {PAGE "Origin: http://127.0.0.1:1\r\n\r\n", 403},
         {PAGE "Sec-Fetch-Site: same-origin\r\nOrigin: http://evil.example\r\n\r\n", 403},
-        /* a request of a form on a foreign page lacks the header; and the server does not permit such a page
-         * to add it */
+        /* A form on a foreign page cannot send this header, and the server does not allow such a page to
+         * add it. */
         {"POST /{T}/stop HTTP/1.1\r\nHost: localhost:{P}\r\nContent-Length: 0\r\n\r\n", 403},
         {"POST /{T}/stop HTTP/1.1\r\n" HERE
          "Origin: http://evil.example\r\nX-Lagless: 1\r\nContent-Length: 0\r\n\r\n",
          403},
         {"OPTIONS /{T}/stop HTTP/1.1\r\nHost: localhost:{P}\r\n\r\n", 400},
-        /* too long, no request */
+        /* A body that is too long, and texts that are no request. */
         {"POST /{T}/set HTTP/1.1\r\n" HERE "X-Lagless: 1\r\nContent-Length: 99999\r\n\r\n", 413},
         {"POST /{T}/set HTTP/1.1\r\n" HERE "X-Lagless: 1\r\nContent-Length: -1\r\n\r\n", 413},
         {"\x01\x02 nonsense\r\n\r\n", 400},
@@ -177,7 +177,7 @@ static void test_a_foreign_request_is_refused_and_nothing_is_done(void)
         expect_answer(rows[n].request, rows[n].status);
     }
     TEST_ASSERT_EQUAL(HTTP_TOKEN, strspn(http_token(http), "0123456789abcdef"));
-    for (uint32_t n = 0; n < HTTP_TOKEN; n++) { /* each of its characters */
+    for (uint32_t n = 0; n < HTTP_TOKEN; n++) { /* each character of the token is wrong in turn */
         char request[200];
         snprintf(request, sizeof request, "GET /%s/events HTTP/1.1\r\n" HERE "\r\n", http_token(http));
         request[5u + n] = request[5u + n] == '0' ? '1' : '0';
@@ -187,7 +187,7 @@ static void test_a_foreign_request_is_refused_and_nothing_is_done(void)
     TEST_ASSERT_EQUAL_UINT32(0u, http_streams(http));
 }
 
-/* Typed, or opened by a program; from a page of its own; STOP by it. */
+/* Requests typed by the user or opened by a program, requests of the page itself, and STOP from it. */
 static void test_a_request_of_the_page_is_answered(void)
 {
     expect_answer("GET /{T}/ HTTP/1.1\r\n" HERE "Sec-Fetch-Site: none\r\n\r\n", 200);
@@ -216,7 +216,7 @@ static void test_every_server_has_its_own_token_and_answers_this_machine_alone(v
     close(made);
 }
 
-/* Octet by octet, and two in one piece. */
+/* A request arrives octet by octet, and two requests arrive in one piece. */
 static void test_requests_in_pieces_and_in_a_row(void)
 {
     char text[512], answer[4096];
@@ -264,7 +264,7 @@ static void test_events_come_as_lines(void)
     TEST_ASSERT_EQUAL_UINT32(0u, http_streams(http));
 }
 
-/* A browser opens six connections at most, for all windows: STOP must find one. */
+/* A browser opens at most six connections, for all windows together: one of them must be free for STOP. */
 static void test_one_stream_too_many_ends_the_oldest(void)
 {
     int pages[HTTP_STREAMS + 1u];
@@ -275,15 +275,15 @@ static void test_one_stream_too_many_ends_the_oldest(void)
     TEST_ASSERT_EQUAL_UINT32(HTTP_STREAMS, http_streams(http));
     (void)receive(pages[0], text, sizeof text);
     TEST_ASSERT_NOT_NULL(strstr(text, "event: taken\n"));
-    TEST_ASSERT_EQUAL(0, recv(pages[0], text, 1, 0)); /* closed */
+    TEST_ASSERT_EQUAL(0, recv(pages[0], text, 1, 0)); /* the server has closed it */
     TEST_ASSERT_EQUAL(-1, recv(pages[HTTP_STREAMS], text, 1, 0));
     for (uint32_t n = 0; n <= HTTP_STREAMS; n++) {
         close(pages[n]);
     }
 }
 
-/* A client that does not read gets no samples, but all messages that must not be lost, and delays no other
- * client. */
+/* A client that does not read receives no more samples but all messages that must not be lost, and it
+ * delays no other client. */
 static void test_slow_reader_is_spared_samples(void)
 {
     static char data[100000], text[200000];
@@ -291,7 +291,7 @@ static void test_slow_reader_is_spared_samples(void)
     const int slow = stream();
     const int quick = stream();
     ssize_t quick_octets = 0, slow_octets = 0;
-    for (int n = 0; n < 300; n++) { /* 30 MB */
+    for (int n = 0; n < 300; n++) { /* 300 messages are 30 MB */
         http_event(http, HTTP_ALL, "samples", data, sizeof data, true);
         for (ssize_t got = 1; got > 0;) {
             got = recv(quick, text, sizeof text, 0);

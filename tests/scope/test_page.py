@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Drives the page of `lagless scope` in a headless Chromium, as a user at a bench would: a motor of `lagless serve` is started,
-seen to turn, given another gain, caught in a load step, stopped; then the drive goes away and comes back.
+"""Operates the page of `lagless scope` in a headless Chromium as a user at a bench would. A motor of `lagless serve` is started, its
+rotation is observed, it gets another gain, a load step triggers a capture, and it is stopped. Then the drive disappears and comes back.
 
-usage: test_page.py LAGLESS FOLDER    screenshots go to FOLDER
+usage: test_page.py LAGLESS FOLDER    screenshots are written to FOLDER
 
-Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedriver or uPlot is missing. Python 3.9, standard
-library only."""
+Exit codes: 0 done, 1 a check failed, 2 wrong use, 77 skipped (chromium, chromedriver or uPlot is missing). Python 3.9, standard library
+only."""
 import pathlib
 import signal
 import subprocess
@@ -17,9 +17,9 @@ sys.path[:0] = [str(pathlib.Path(__file__).resolve().parent.parent / "report"), 
 import stuck  # noqa: E402
 from test_browser import SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for, page_fits  # noqa: E402
 
-SCRIPTS_MAX = 0.5  # of a processor, with six signals: the other half is Chromium's, which lays out and paints
+SCRIPTS_MAX = 0.5  # share of a processor with six signals; the other half is for the layout and painting of Chromium
 RPM = 30 / 3.141592653589793
-LEVEL = 3.0  # [A] between what friction and what the load take: 1.32 and 6.32 N m by 1.098 N m/A are 1.20 and 5.76 A
+LEVEL = 3.0  # [A] between the currents for friction and for the load: 1.32 and 6.32 N m by 1.098 N m/A are 1.20 and 5.76 A
 HEAD = """schema = 1
 title = "a motor with an encoder that waits for a master; its load comes and goes"
 [run]
@@ -55,7 +55,7 @@ return scope.panels().map(({plot}) => {
     });
 })"""
 
-# The data of the drive's own buffer that the page draws.
+# The data of the drive's internal buffer that the page draws.
 KEPT = """
 const {kept} = scope.state, {picture} = kept, names = kept.signals.map(id => scope.rows.get(id).name);
 const speed = picture.columns[names.indexOf('omega_m')], at = picture.zero - picture.begin;
@@ -137,7 +137,7 @@ class Bench:
     def opens_and_is_linked(self):
         self.browser.size(1400, 1000)
         self.browser.do("url", {"url": "about:blank"})
-        for kind in ("performance", "browser"):  # the processor time of the browser's start
+        for kind in ("performance", "browser"):  # discards the entries of the browser's start
             self.browser.records(kind)
         self.browser.do("url", {"url": self.url})
         self.wait("document.body.dataset.link === 'up' && document.body.dataset.state === 'ready'", "the link")
@@ -153,14 +153,14 @@ class Bench:
         self.wait("document.body.dataset.state === 'operation_enabled'", "the bridge")
         self.wait(f"Math.abs(scope.value('omega_m') * {RPM} - 500) < 10", "500 r/min")
         self.wait("Math.abs(parseFloat(document.querySelector('#tile_omega_m b').textContent) - 500) < 10", "the tile")
-        time.sleep(2)  # a window of it
+        time.sleep(2)  # fills the window of the panels
         for panel in self.run(TRACES):
             if min(panel) < 50:
                 raise Fault(f"traces with too few pixels: {panel}")
         self.shoot("turning")
 
     def draws_within_its_share_of_a_processor(self):
-        """Scripts that were too slow would fill the thread, since the next picture begins when the last one is done. Processor
+        """If the scripts were too slow, they would fill the thread, since the next picture begins when the last one is done. The processor
         time depends neither on other work of the machine nor on how Chromium paints without a graphics processor."""
         self.browser.cdp("Performance.enable", timeDomain="threadTicks")
         before, begin = self.work(), time.monotonic()
@@ -172,7 +172,7 @@ class Bench:
             raise Fault(f"{pictures} pictures in {seconds:.1f} s, scripts take {share:.2f} of a processor, at most {SCRIPTS_MAX}")
 
     def work(self):
-        """Pictures drawn so far, and processor seconds of the page's scripts."""
+        """The number of pictures drawn so far, and the processor seconds of the page's scripts."""
         metrics = self.browser.cdp("Performance.getMetrics")["metrics"]
         return (self.run("return scope.state.frames"),
                 next(metric["value"] for metric in metrics if metric["name"] == "ScriptDuration"))
@@ -222,7 +222,7 @@ class Bench:
     def reads_cursors(self):
         over = self.run("return document.querySelectorAll('.u-over')[1]")
         self.browser.pointer(over, (-200, 0), "down", "up")
-        time.sleep(0.6)  # not a double click
+        time.sleep(0.6)  # long enough that two clicks are no double click
         self.browser.pointer(over, (200, 10), "down", "up")
         self.wait("document.querySelectorAll('#cursors tbody tr:first-child td').length === 3", "the table of cursors")
         cells = self.run("return [...document.querySelectorAll('#cursors tbody tr')].map(r => [...r.children].map(c => c.textContent))")
@@ -238,7 +238,7 @@ class Bench:
         self.wait("!scope.state.zoom && scope.panels()[2].plot.scales.x.max > 0.37", "the whole window")
 
     def shows_what_the_drive_has_kept(self):
-        """A ramp down through a level: 512 periods of every chosen signal around the very period in which it was passed."""
+        """A ramp down crosses a trigger level: the page shows 512 periods of every chosen signal around the period of the crossing."""
         self.pick("#capture_on", "falls below")
         self.pick("#capture_source", "omega_m")
         self.write("#capture_level", "400")
@@ -286,7 +286,7 @@ class Bench:
         self.click("#stop")
         self.wait("Math.abs(scope.value('omega_m')) < 1 && document.body.dataset.state === 'ready'", "standstill")
         expect(self.run("return scope.value('enable')"), 2, "the request: quick_stop")
-        self.click("#hold")  # goes on
+        self.click("#hold")  # continues the display
         self.wait("!scope.state.held", "going on")
 
     def says_that_the_drive_is_gone_and_takes_it_up_again(self):
@@ -317,7 +317,7 @@ class Bench:
 
 
 def go_through(make_bench, checks, programs, rules):
-    """Opens a bench in a folder of its own and calls the checks, a name and a function of the bench each. Returns the exit code."""
+    """Opens a bench in a folder of its own and runs the checks, each given as a name and a function of the bench. Returns the exit code."""
     with tempfile.TemporaryDirectory() as work:
         work = pathlib.Path(work)
         bench = None
@@ -346,8 +346,7 @@ def go_through(make_bench, checks, programs, rules):
 
 
 def main(text, benches, rules):
-    """benches: for each a function that makes it from its folder for screenshots and a working folder, and its
-    checks."""
+    """benches: for each bench a function that makes it from its folders for screenshots and for working files, and its checks."""
     if len(sys.argv) != 3:
         print(text)
         return 2

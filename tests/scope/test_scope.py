@@ -1,5 +1,6 @@
-"""`lagless scope` without a browser: its answers, the conditions in which it stops the motor, its end. usage:
-test_scope.py LAGLESS FOLDER"""
+"""`lagless scope` without a browser: its answers, the conditions in which it stops the motor, and its end.
+
+usage: test_scope.py LAGLESS FOLDER"""
 
 import base64
 import contextlib
@@ -31,7 +32,7 @@ fidelity = "averaged"
 
 
 class Page:
-    """Acts as a page: listens to the events and sends requests."""
+    """Acts as a page: receives the events and sends requests."""
 
     def __init__(self, url):
         self.host, self.path = re.fullmatch(r"http://([^/]+)(/[0-9a-f]{32})/", url).groups()
@@ -66,7 +67,7 @@ class Page:
 
     def value(self, name):
         row = next(row for row in self.hello["rows"] if row["name"] == name)
-        return self.values.get(str(row["id"]), float("nan"))  # not known yet: compares with nothing
+        return self.values.get(str(row["id"]), float("nan"))  # no value yet: every comparison with NaN is false
 
     def ask(self, path, body=""):
         connection = http.client.HTTPConnection(self.host, timeout=30)
@@ -81,11 +82,11 @@ class Page:
 
 
 class Scope(command_line.TestCase):
-    def setUp(self):  # with start() and wait() that of tests/cases/test_scope_state.py, too
+    def setUp(self):  # tests/cases/test_scope_state.py also uses start() and wait() of this class
         command_line.TestCase.setUp(self)
         self.scenario = command_line.TestCase.write(self, "bench.toml", BENCH)
         for name, text in (("uPlot.iife.min.js", "var uPlot = null;"), ("uPlot.min.css", ".uplot {}"), ("LICENSE", "of uPlot")):
-            command_line.TestCase.write(self, name, text)  # a stand-in, so that no test needs the network
+            command_line.TestCase.write(self, name, text)  # a substitute for the downloaded file, so that no test needs the network
         self.uplot = {**os.environ, "UPLOT_DIR": self.folder}
 
     def start(self, *arguments):
@@ -135,9 +136,9 @@ class Scope(command_line.TestCase):
         self.assertEqual([], re.findall(r"https?://(?!www\.w3\.org/2000/svg)[^\s\"']*", text))
 
     def test_samples_are_the_drives_own(self):
-        """Samples of every period, in order; the signal that is the period itself equals the stamp."""
+        """Samples of every period arrive in order; the signal that counts the periods equals the stamp."""
         page = self.scope(self.serve("--port", "0"))
-        self.assertTrue(page.ask("/signals", "1 2000 2024")["ok"])  # period, u_dc
+        self.assertTrue(page.ask("/signals", "1 2000 2024")["ok"])  # the signals period and u_dc
         self.wait(lambda: sum(each["n"] for each in page.samples if each["c"] == 2) > 5000, "samples")
         chosen = [each for each in page.samples if each["c"] == 2]
         begin = chosen[0]["p"]
@@ -161,7 +162,7 @@ class Scope(command_line.TestCase):
         self.assertFalse(page.ask("/order", "explode")["ok"])
         self.assertFalse(page.ask("/signals", "1 " + "2000 " * 9)["ok"])
         self.assertFalse(page.ask("/signals", "256 2000")["ok"])
-        self.assertFalse(page.ask("/signals", "1 1")["ok"])  # a parameter
+        self.assertFalse(page.ask("/signals", "1 1")["ok"])  # 1 is the id of a parameter
         self.assertFalse(page.ask("/nothing")["ok"])
         time.sleep(1)
         self.assertEqual(before, page.value("current_bandwidth"))
@@ -175,19 +176,19 @@ class Scope(command_line.TestCase):
         self.wait(lambda: not page.state["staged"] and page.value("current_bandwidth") == 750, "in force")
 
     def test_drives_own_buffer_comes_over_the_serial_line(self):
-        """All rows that the drive has kept, by the numbers of their periods; none of a period that is not held."""
+        """All rows that the drive has kept arrive, each with the number of its period, and none of a period that is not held."""
         page = self.scope(self.serve("--serial"))
         self.assertIn("is still empty", page.ask("/capture")["text"])
         for wish in ("capture_1 2000", "capture_2 2024", "capture_3 2044", "capture_signals 3", "capture_after 100", "capture_on command"):
             self.assertTrue(page.ask("/set", wish)["ok"], wish)
         self.assertTrue(page.ask("/order", "capture_arm")["ok"])
-        time.sleep(0.3)  # 512 periods are 51 ms
+        time.sleep(0.3)  # 512 periods take 51 ms
         self.assertTrue(page.ask("/order", "capture_trigger")["ok"])
         self.wait(lambda: page.value("capture_state") == 3, "held")
         self.assertTrue(page.ask("/capture")["ok"])
         begun = time.monotonic()
         self.assertIn("already", page.ask("/capture")["text"])
-        self.assertTrue(page.ask("/stop")["ok"])  # not behind the whole of it
+        self.assertTrue(page.ask("/stop")["ok"])  # the answer does not wait for the whole buffer
         took = time.monotonic() - begun
         self.wait(lambda: page.captures, "the buffer")
         [kept] = page.captures
@@ -214,11 +215,11 @@ class Scope(command_line.TestCase):
         other = self.page()
         self.run_motor(page)
         page.close()
-        time.sleep(6.5)  # more than the five seconds: one is left
+        time.sleep(6.5)  # longer than the five seconds, while one page is still connected
         self.assertEqual(1, other.value("enable"))
         other.close()
         time.sleep(2)
-        again = Page(self.url)  # a reload
+        again = Page(self.url)  # the page is loaded again
         self.addCleanup(again.close)
         self.wait(lambda: again.hello and again.value("enable") == 1, "still on")
         again.close()
@@ -232,7 +233,7 @@ class Scope(command_line.TestCase):
         self.run_motor(self.scope(target))
         self.process.send_signal(signal.SIGTERM)
         self.assertEqual(0, self.process.wait(20))
-        page = self.scope(target)  # it is free again
+        page = self.scope(target)  # the drive is free again
         self.wait(lambda: page.value("enable") == 2 and abs(page.value("omega_m")) < 0.5, "stopped")
 
     def test_drive_that_begins_again_is_taken_up_again(self):
@@ -255,7 +256,7 @@ class Scope(command_line.TestCase):
         self.assertIn("a whole number from 1 to 999999", self.refused(2, target, "--key", "0"))
         page = self.scope(target, "--key", "4711")
         self.run_motor(page)
-        self.process.kill()  # it leaves the motor on
+        self.process.kill()  # ends without switching the motor off
         self.process.wait(20)
         page = Page(self.start_locked(target))
         self.addCleanup(page.close)

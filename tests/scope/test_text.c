@@ -1,4 +1,4 @@
-/* The texts between the scope and its pages. */
+/* The texts that the scope and its pages exchange. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,7 +31,7 @@ static const char *written(void)
     return text;
 }
 
-/* RFC 4648, 10. */
+/* Base64 by the test vectors of RFC 4648, section 10. */
 static void test_base64_is_that_of_the_standard(void)
 {
     static const struct {
@@ -89,10 +89,10 @@ static void put(const char *name, uint32_t bits)
 static void test_news_are_reported_once_and_all_on_demand(void)
 {
     put("omega_m", bits_of(-1.5f));    /* 2032 */
-    put("fault_reason", 0xffffffffu);  /* 2002, int: -1 */
-    put("sample_flags", 0xffffffffu);  /* 2044, uint */
+    put("fault_reason", 0xffffffffu);  /* 2002; as int the value is -1 */
+    put("sample_flags", 0xffffffffu);  /* 2044, an unsigned number */
     put("state", 2u);                  /* 2001 */
-    put("u_dc", bits_of(1.0f / 0.0f)); /* 2024: no number of JSON */
+    put("u_dc", bits_of(1.0f / 0.0f)); /* 2024; JSON has no number for infinity */
     TEST_ASSERT_EQUAL_UINT32(5u, scope_values_text(to, &values, false));
     TEST_ASSERT_EQUAL_STRING("{\"2001\":2,\"2002\":-1,\"2024\":null,\"2032\":-1.5,\"2044\":4294967295}",
                              written());
@@ -105,7 +105,7 @@ static void test_news_are_reported_once_and_all_on_demand(void)
 static void test_rows_have_units_for_people(void)
 {
     scope_rows_text(to, &values);
-    /* 30/pi = 9.549296585... r/min per rad/s, for mechanical speeds alone */
+    /* 30/pi = 9.549296585... r/min per rad/s; only mechanical speeds have this factor. */
     const char *row = strstr(written(), "\"name\":\"omega_m\"");
     TEST_ASSERT_NOT_NULL(row);
     TEST_ASSERT_NOT_NULL(strstr(row, "\"unit\":\"rad/s\",\"shown\":\"r/min\",\"factor\":9.5492965"));
@@ -147,9 +147,10 @@ static void test_values_are_read_as_people_write_them(void)
     expect_refused("speed_request", "", "accepted");
 }
 
-/* By hand: a sample of n floats is a frame of 4 + 5 + 4 n octets, a fill and a sum of two, 10 bits each, on
- * four fifths of the line. 8 signals at 937500 baud: 440 bits, 1704.5 times a second, every 6th period; one:
- * 160 bits, 4687 times, every 3rd; at 115200 baud 8 signals 209.5 times, every 48th. */
+/* Calculated by hand. A sample of n floats is a frame of 4 + 5 + 4 n octets, a fill octet and a sum of two
+ * octets, 10 bits each, on four fifths of the line. 8 signals at 937500 baud are 440 bits, 1704.5 samples
+ * per second, every 6th period; one signal is 160 bits, 4687 samples per second, every 3rd period; 8
+ * signals at 115200 baud are 209.5 samples per second, every 48th period. */
 static void test_samples_are_as_many_as_the_line_allows(void)
 {
     TEST_ASSERT_EQUAL_UINT32(1u, scope_every("tcp://127.0.0.1:5555", 8u));

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The preset f28335-flash, by the stand-ins for TI's tools, once for all tests of this folder: configured for both polarities
-of the gates, built for one of them; and the call graphs of its sources, which are GCC's.
+"""The preset f28335-flash, made once with stand-ins for TI's tools, for all tests of this folder. It is configured for both
+polarities of the gates and built for one of them. The call graphs of its sources are those of GCC.
 
 usage: chip_build.py FOLDER    makes it; the tests get the same folder as their first argument
 """
@@ -30,7 +30,8 @@ def make(folder):
     shutil.rmtree(folder, ignore_errors=True)
     environment = stand_in.install(folder / "tools")
     configured = {gates: configure(folder / gates, environment, f"-DLAGLESS_GATES={gates}") for gates in GATES}
-    (folder / "tools/log").write_text("", encoding="utf-8")  # the files that CMake tried to compile are not part of the build
+    # This discards the files that CMake compiled as a trial, which are not part of the build.
+    (folder / "tools/log").write_text("", encoding="utf-8")
     built = {gates: run("cmake", "--build", folder / gates, *([] if gates == BUILT else ["--target", "ccs"]), env=environment)
              for gates in GATES}
     told = {what: {gates: (done.returncode, done.stdout) for gates, done in steps.items()}
@@ -40,7 +41,7 @@ def make(folder):
 
 
 class Build:
-    """The results of make(): the tools' command lines, and their folders."""
+    """The results of make(): the command lines of the tools, and their folders."""
 
     def __init__(self, folder):
         self.folder, self.tools, self.ware = folder / BUILT, folder / "tools/cgt", folder / "tools/ware"
@@ -66,12 +67,12 @@ class Build:
 
 
 def folder():
-    """The first argument of a test."""
+    """The folder, which is the first argument of a test."""
     return pathlib.Path(sys.argv[1]).resolve()
 
 
 if __name__ == "__main__":
-    import graphs  # which needs this module
+    import graphs  # imported here because graphs needs this module
     status = make(folder())
     if status == 0:
         graphs.make(folder())

@@ -1,7 +1,6 @@
-"""Data that the tests of tools/check-linker and tools/check-image compute only once for all their cases: the
-compiler's call
-graph of a source, which chip_build.py makes of all, its text without comments, the words of its command line. A case changes next
-to none of them, and no header."""
+"""Data that the tests of tools/check-linker and tools/check-image compute only once for all their cases: the compiler's call graph of each
+source, made by chip_build.py; the text of each source without comments; the words of its command line. A case changes at most a few of
+the sources, and no header."""
 import functools
 import json
 import os
@@ -18,7 +17,7 @@ CC = os.environ.get("CC", "gcc")
 
 
 def make(folder):
-    """The graphs of all sources of the tree, by the command lines of its build."""
+    """Makes the graphs of all sources of the tree with the command lines of its build."""
     linker = tool.load("check-linker")
     known = []
     of_one = linker.graph_of
@@ -34,12 +33,12 @@ def make(folder):
 
 
 def remember(linker):
-    """In the module of tools/check-linker."""
+    """Makes the module of tools/check-linker use these stored data."""
     rows = json.loads((chip_build.folder() / FILE).read_text(encoding="utf-8"))
     known = {(name, text): (graph, (set(defined), set(needed))) for name, text, graph, defined, needed in rows}
     graph_of, calls, source, together, sources = linker.graph_of, linker.Calls, linker.Source, {}, {}
 
-    def one_source(name, options, text):  # the same one, by which the tool compares
+    def one_source(name, options, text):  # one object for equal sources: all_calls() compares by identity
         key = (name, tuple(options), text)
         return sources.setdefault(key, source(name, options, text))
 
@@ -58,4 +57,4 @@ def remember(linker):
     linker.graph_of, linker.Calls, linker.Source = remembered, all_calls, one_source
     linker.NODE, linker.EDGE = (types.SimpleNamespace(findall=functools.cache(each.findall)) for each in (linker.NODE, linker.EDGE))
     linker.without_comments = functools.cache(linker.without_comments)
-    linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # the module's own name, so that no other module uses this function
+    linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # in that module alone

@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
-"""Stand-in for TI's cl2000, ar2000 and hex2000, to test the build description where these cannot be had. It compiles
-nothing. It refuses options and inputs that the real tools would refuse according to TI's manuals, writes
-placeholders that are marked as such, and appends each command line to the file that STAND_IN_LOG names. Called
-by the name of the tool that
-it replaces."""
+"""A stand-in for TI's cl2000, ar2000 and hex2000, with which the build description is tested where these tools are not available. It
+compiles nothing. It refuses options and inputs that the real tools would refuse according to TI's manuals, writes placeholders that are
+marked as such, and appends each command line to the file that STAND_IN_LOG names. It is called by the name of the tool that it replaces."""
 import json
 import os
 import pathlib
@@ -13,7 +11,7 @@ import sys
 TOOL = pathlib.Path(sys.argv[0]).name
 PLACEHOLDER = "STAND-IN placeholder, holds no code: "
 
-# SPRU514 and SPRU513. The arguments after --run_linker are those of the linker.
+# The options by SPRU514 and SPRU513. The arguments after --run_linker belong to the linker.
 COMPILER = (
     r"-v28|-ml|-mt|-g|-O[0-4]|--abi=(eabi|coffabi)|--float_support=fpu32|--ramfunc=on|--gen_func_subsections=on|--c99|"
     r"--relaxed_ansi|--display_error_number|--diag_warning=\d+|--diag_wrap=off|--include_path=.+|-D\w+(=\S*)?|"
@@ -30,7 +28,7 @@ FAST_RTS = "libraries/math/FPUfastRTS/c28/lib/rts2800_fpu32_fast_supplement_eabi
 
 
 def install(folder):
-    """Puts the stand-ins where TI's installers put the tools. Returns the environment that leads a build there."""
+    """Puts the stand-ins where TI's installers put the tools. Returns the environment with which a build finds them."""
     tools, ware = folder / "cgt", folder / "ware"
     for name in ("cl2000", "ar2000", "hex2000"):
         (tools / "bin").mkdir(parents=True, exist_ok=True)
@@ -49,7 +47,7 @@ def fail(text):
 
 
 def options(words, known):
-    """The words that are no options; unknown options end it."""
+    """The words that are no options; ends with an error at an unknown option."""
     inputs = []
     for word in words:
         if not word.startswith("-"):

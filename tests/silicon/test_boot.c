@@ -1,5 +1,5 @@
-/* hal_boot() as it is. The symbols that the command file of the chip's linker makes, the linker makes here
- * too: load and run address are the two arrays below, the number of words is BOOT_WORDS. */
+/* hal_boot() without changes. The linker of the host makes the symbols that the command file of the chip's
+ * linker makes: the load and run addresses are the two arrays below, the number of words is BOOT_WORDS. */
 #include "unity.h"
 #include <string.h>
 
@@ -10,7 +10,8 @@
 #define LEFT   0xA5A5u
 #define ROOM   (BOOT_WORDS + 2 * AROUND)
 
-uint16_t stand_in_flash[ROOM]; /* the code begins at its first word, as what follows it shows */
+/* The code begins at the first word; the words after it have another content. */
+uint16_t stand_in_flash[ROOM];
 uint16_t stand_in_ram[ROOM];
 uint16_t stand_in_stack[STACK_WORDS + AROUND];
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The build description of the F28335 image, against stand-ins for TI's tools: the linked files, the files that
-are built again, the refused inputs.
-Its options are those of the project in ti/, which test_ccs.py compares with the build; only the real tools can show their effect.
+"""The build description of the F28335 image, tested with stand-ins for TI's tools: the linked files, the files that are built again, and
+the refused inputs. Its options are those of the project in ti/, which test_ccs.py compares with the build; only the real tools can show
+the effect of the options.
 
 usage: test_build.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 """
@@ -15,7 +15,7 @@ import chip_build
 import stand_in
 from chip_build import ROOT, run
 
-# Sources that are compiled for a board; the core is independent of it.
+# Sources that are compiled once for each board; the core does not depend on the board.
 OF_BOARD = re.compile(r"firmware/(fast/[^/]+|guard/.*|medium/[^/]+|medium/manoeuvre/manoeuvres.*|settings/.*|drive/.*|app/.*)$|hal/")
 
 

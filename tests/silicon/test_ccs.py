@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The project for Code Composer Studio agrees with CMake: compared with the command lines that the preset gives to
-the stand-ins for TI's tools. Only Code Composer Studio can show how it reads the project.
+"""The project for Code Composer Studio agrees with CMake. It is compared with the command lines that the preset
+gives to the stand-ins for TI's tools. Only Code Composer Studio can show how it reads the project.
 
 usage: test_ccs.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
@@ -22,12 +22,12 @@ from chip_build import ROOT, run
 TOOL = ROOT / "tools/projectspec"
 COMMITTED = ROOT / "ti"
 CC = os.environ.get("CC", "cc")
-GIVEN = "--define=HAL_GATE_ACTIVE_HIGH=1"  # by the user, where the project leaves the polarity of the gates open
-CHECK = "ti/project_check.c"  # the one source that only this project has
+GIVEN = "--define=HAL_GATE_ACTIVE_HIGH=1"  # the user gives this option, because the project does not define the polarity of the gates
+CHECK = "ti/project_check.c"  # the only source that exists in this project alone
 
 
 class Project:
-    """As Code Composer Studio would read it."""
+    """The project as Code Composer Studio would read it."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -58,7 +58,7 @@ def kind_of(word):
 
 
 def differences(project, build, gates=None):
-    """Differences between the project and the build; gates: the option that the user gives."""
+    """Differences between the project and the build; `gates` is the option that the user gives."""
     found = []
 
     def compare(what, here, there):
@@ -81,7 +81,7 @@ def differences(project, build, gates=None):
     for name, (words,) in build.compiled.items():
         words = [portable(word) for word in words
                  if not re.match(r"--(compile_only|(c|asm)_file|preproc_\w+|output_file)\b", word)]
-        if name.endswith(".asm"):  # Code Composer Studio assembles with the compiler's options
+        if name.endswith(".asm"):  # Code Composer Studio assembles with the options of the compiler
             compare(f"{name}: options of its own", [word for word in words if word not in project.compiler and word != gates], [])
             continue
         own = project.own.get(name[:-len(".c")] + ".obj", [])
@@ -156,7 +156,8 @@ class Projects(unittest.TestCase):
         objects = [str(pathlib.PurePosixPath(name).with_suffix(".obj")) for name, _, _ in project.sources]
         folder = self.build.folder / "ccs/flash"
         folder.mkdir(exist_ok=True)
-        # Shaped as Code Composer Studio's: a variable, rules that use it, and at the end the file of the project.
+        # A makefile with the structure of those that Code Composer Studio makes: a variable, rules that use it, and at the end the file of
+        # the project.
         rules = "".join(f"{name}:\n\t@echo $@ $(GEN_OPTS__FLAG)\n" for name in objects)
         (folder / "makefile").write_text("GEN_OPTS__FLAG := --given\nall: " + " ".join(objects) + f"\n{rules}"
                                          "-include ../makefile.defs\n", encoding="utf-8")
@@ -199,7 +200,7 @@ class Projects(unittest.TestCase):
 
 
 class Check(unittest.TestCase):
-    """project_check.c stops a wrong project that would otherwise build."""
+    """project_check.c stops the build of a wrong project that would otherwise succeed."""
 
     def test_what_is_missing_is_reported_and_a_complete_project_builds(self):
         whole = "-DLAGLESS_PER_FILE_OPTIONS"
@@ -233,7 +234,7 @@ class Tool(unittest.TestCase):
         return run(sys.executable, "-B", TOOL, "--facts", self.folder / "facts", "--out", self.folder / "out", *more)
 
     def test_options_of_all_and_of_single_sources_are_distinguished(self):
-        for value in ('"boards/x.h"', '"a b"', r'"a\b"', "a&b<c>"):  # a definition stays one word
+        for value in ('"boards/x.h"', '"a b"', r'"a\b"', "a&b<c>"):  # a definition remains one word
             self.assertEqual(self.asked(self.FACTS.replace("A=1", f"A={value}")).returncode, 0)
             self.assertIn(f"--define=A={value}", Project(self.folder / "out").compiler)
         facts = self.FACTS + "source_options --ramfunc=on;--x=1\nsource /tree/b/b.c\nsource_options --x=1\n"

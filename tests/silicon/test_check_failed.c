@@ -1,5 +1,5 @@
-/* The effect of a failed check on the chip: the real app/main.c, above a board that records its calls.
- * Its loop has no end; the board leaves it after some turns. */
+/* The effect of a failed check on the chip: the real app/main.c runs above a board that records its calls.
+ * The loop of main() has no end; the board leaves it after several turns. */
 #include "unity.h"
 #include <setjmp.h>
 #include <string.h>

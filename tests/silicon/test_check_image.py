@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""tools/check-image on images made here, word by word: a good one, which must pass, and images with one fault, which must
-be named. No linker of TI's is needed; the files are as its files are.
+"""tools/check-image with images that are made here, word by word: a good image must pass, and in each other image one fault must be named.
+TI's linker is not needed; the files have the format of its files.
 
 usage: test_check_image.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
@@ -40,13 +40,13 @@ def lb(address):
 
 
 class Section:
-    """run and load in words; contents a list of words, or their number if the file brings none."""
+    """A section. `run` and `load` are in words; `contents` is a list of words, or their number if the file does not contain them."""
 
     def __init__(self, name, flags, run, contents, load=None):
         self.name, self.flags, self.run, self.contents = name, flags, run, contents
         self.load = run if load is None else load
         self.in_segment, self.header_address, self.align = True, run, 1
-        self.gap = None  # words of filling between this section and the one before, in whose segment it is
+        self.gap = None  # filling words between this section and the previous one of the same segment
 
     @property
     def stored(self):
@@ -58,7 +58,7 @@ class Section:
 
 
 class Elf:
-    """An ELF file as the C28x EABI has it: addresses in words, sizes in octets."""
+    """An ELF file in the form of the C28x EABI: addresses in words, sizes in octets."""
 
     def __init__(self):
         self.sections, self.symbols, self.more_segments = [], [], []
@@ -80,7 +80,7 @@ class Elf:
         vars(self.section(name)).update(attributes)
 
     def load_ramfunc(self, at):
-        """With the symbol that states this."""
+        """Loads .TI.ramfunc at this address, and sets the symbol that states the address."""
         self.change(".TI.ramfunc", load=at)
         self.define("ramfunc_load_start", at, NOTYPE)
 
@@ -123,7 +123,7 @@ class Elf:
             segments.append([1, len(body), address, address, 2 * len(contents), 2 * len(contents), 4, 1])
             body += struct.pack(f"<{len(contents)}H", *contents)
         if self.symbols:
-            # Local ones come first, each behind the name of its file.
+            # Local symbols come first, each after the name of its file.
             ordered = sorted(self.symbols, key=lambda symbol: symbol[3] != LOCAL)
             table = b"".join([bytes(16)] + [pack("3I2BH", text(strings, name), value, size, bind << 4 | kind, 0, place)
                                             for name, value, kind, bind, place, size in ordered])
@@ -144,7 +144,7 @@ class Elf:
         path.write_bytes(bytes(body) + b"".join(headers))
 
 
-# The program, at the addresses of the linker command files: each function has a few words.
+# The program, at the addresses of the linker command files. Each function has several words.
 FUNCTION_WORDS = 8
 RAM_CODE = 0x8000
 APP_INTERRUPT, APP_TRIP, DRIVE_STEP, DRIVE_TRIP, DIVISION = (RAM_CODE + FUNCTION_WORDS * n for n in range(5))
@@ -176,7 +176,7 @@ def good():
     elf.define("step", LOCAL_STEP, FUNC, LOCAL, 1, 8)
     elf.define("$C$L1", text + 3, FUNC, LOCAL, 1)
     elf.define("table.asm", 0, FILE, LOCAL)
-    elf.define("step", text + 16, FUNC, LOCAL, 1, 8)  # of another source, and not the interrupt's
+    elf.define("step", text + 16, FUNC, LOCAL, 1, 8)  # a function of another source, which the interrupt does not call
     for name, address in (("code_start", boot), ("watchdog_off", text), ("main", text + 8), ("params_check", text + 24),
                           ("app_interrupt", APP_INTERRUPT), ("app_trip", APP_TRIP), ("drive_step", DRIVE_STEP),
                           ("drive_trip", DRIVE_TRIP), ("__c28xabi_divf", DIVISION)):
@@ -189,13 +189,13 @@ def good():
 
 
 def join_constants(image, gap):
-    """.const in the segment of .cinit, as many words of filling between them."""
+    """Puts .const into the segment of .cinit, with this number of filling words between them."""
     image.change(".cinit", contents=[1, 2, 3])
     at = image.section(".cinit").run + 3 + gap
     image.change(".const", align=2, gap=[0xDEAD] * gap, run=at, load=at, header_address=at)
 
 
-# One fault each, and its report.
+# Images with one fault each, and the report about it.
 FAULTS = (
     (lambda image: image.forget("app_trip"), "symbols: app_trip is not there: the interrupts of the drive\n"),
     (lambda image: image.define("code_start", 0x300000, place=1),
@@ -245,10 +245,10 @@ FAULTS = (
     # segments
     (lambda image: image.change(".const", in_segment=False),
      "segments: .const is in no segment and would not be loaded: contents that a segment loads"),
-    (lambda image: image.change(".const", header_address=2 * 0x300200),  # addresses in octets
+    (lambda image: image.change(".const", header_address=2 * 0x300200),  # the address is in octets
      "segments: .const: its segment runs it at 0x300200, its header at 0x600400: the same, addresses in words, sizes in octets\n",
      "memory: section .const runs at 0x600400..0x60040f:", "stored: .const is loaded at 0x300200 and runs at 0x600400:"),
-    (lambda image: join_constants(image, 5),  # too long for alignment
+    (lambda image: join_constants(image, 5),  # more filling than an alignment needs
      "segments: segment 2 loads 0x300100..0x300117, from 0x300103 on what no section holds: segments made of sections"),
     # memories
     (lambda image: (image.change(".bss", contents=0x4001), image.remove(".data")),
@@ -265,7 +265,7 @@ FAULTS = (
      "overlap: .bss, 0x00c000..0x00c200, and .data, 0x00c200..0x00c23f: each word for one of them\n"),
     (lambda image: image.load_ramfunc(0x300010),
      "overlap: .text, 0x300000..0x30001f, and .TI.ramfunc (loaded), 0x300010..0x30003f:"),
-    # what must stay free
+    # memory that must stay free
     (lambda image: image.load_ramfunc(0x338000), "memory: section .TI.ramfunc is loaded at 0x338000..0x33802f:",
      "sectors: .TI.ramfunc (loaded), 0x338000..0x33802f, reaches into flash sector A, 0x338000..0x33ffff: codestart only\n"),
     (lambda image: image.change("FPUmathTables", contents=[0] * 0x6A0, in_segment=True),
@@ -275,7 +275,7 @@ FAULTS = (
     # what is copied to RAM
     (lambda image: image.change(".TI.ramfunc", contents=6 * FUNCTION_WORDS),
      "ramfunc: .TI.ramfunc without code to load: one, with the code of the interrupt\n"),
-    (lambda image: image.load_ramfunc(RAM_CODE),  # where a reset loses it
+    (lambda image: image.load_ramfunc(RAM_CODE),  # loaded where a reset loses it
      "memory: section .TI.ramfunc is loaded at 0x008000..0x00802f: FLASH_H_",
      "stored: .TI.ramfunc is loaded at 0x008000..0x00802f: flash, 0x300000..0x33ffff\n"),
     (lambda image: image.change(".TI.ramfunc", run=0xD000, header_address=0xD000),
@@ -300,7 +300,7 @@ class CheckImage(unittest.TestCase):
         self.names = ["app_interrupt", "app_trip", "drive_step"]
 
     def check(self, elf, *options, names=True):
-        """(exit status, what it printed)"""
+        """Returns (exit status, output)."""
         path, graph = self.folder / "lagless.out", self.folder / "names"
         if isinstance(elf, bytes):
             path.write_bytes(elf)
@@ -386,7 +386,7 @@ class CheckImage(unittest.TestCase):
     # The entry
 
     def test_an_image_for_a_debugger(self):
-        """All of it in RAM, where a reset loses it."""
+        """The whole image is in RAM, where a reset loses it."""
         self.image.entry = 0
         for name, run in (("codestart", 0), (".text", 0x9000), (".cinit", 0xC400), (".const", 0xC500)):
             self.image.move(name, run)
@@ -450,7 +450,7 @@ class CheckImage(unittest.TestCase):
 
     def test_a_function_of_the_interrupt_elsewhere(self):
         self.names.append("params_check")
-        for at in (0x300018, 0xD000):  # in flash, in RAM with wait states
+        for at in (0x300018, 0xD000):  # in flash, and in RAM with wait states
             self.image.define("params_check", at, place=1)
             self.assert_breach(self.image, f"interrupt: params_check at {at:#08x}: .TI.ramfunc, 0x008000..0x00802f\n")
 
@@ -484,7 +484,7 @@ class CheckImage(unittest.TestCase):
 
     def test_words_that_look_like_a_call(self):
         code = self.image.section(".TI.ramfunc").contents
-        code[2:4] = lcr(0x300019)  # not where a function begins
+        code[2:4] = lcr(0x300019)  # the address is not the begin of a function
         self.assert_passes(self.image)
 
 
@@ -521,7 +521,7 @@ class CallGraph(unittest.TestCase):
         self.assertIn("interrupt: drive_step at 0x300008: .TI.ramfunc, 0x008000..0x00802f\n", told)
 
     def test_a_static_function_is_that_of_its_source(self):
-        """interrupts.c has a static handler, unexpected; another source may have one of that name in flash."""
+        """interrupts.c has a static handler named unexpected; another source may have a function of that name in flash."""
         elf = good()
         elf.define("drive.asm", 0, FILE, LOCAL)
         elf.define("unexpected", 0x300008, FUNC, LOCAL, 1, 8)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""tools/check-linker on this tree, which must pass, and on copies of it with one defect, which must be named.
+"""tools/check-linker must pass on this tree, and on copies with one defect it must name the defect.
 
 usage: test_check_linker.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
@@ -26,7 +26,7 @@ checker = graphs.tool.load("check-linker")
 graphs.remember(checker)
 
 
-# A change, by a pattern that matches one place of a file, and its report.
+# A change, given by a pattern that matches one place of a file, and the report about it.
 BREACHES = (
     (FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x00BFFF, length = 0x004000", "f28335_flash.cmd:",
      "overlap: L4_L7 begins at 0x00bfff, in L0_L3, which ends at 0x00bfff"),
@@ -103,7 +103,7 @@ BREACHES = (
 )
 
 
-# Text that is added to a source, the line from which on it is reported, and the report.
+# Text that is added to a source, the line from which it is reported, and the report.
 ADDED = (
     ("firmware/app/main.c", "void abort(void);\nvoid abort(void)\n{\n    hal_gates_off();\n    for (;;) {\n    }\n}\n", 1,
      'names: error #10056: symbol "abort" redefined: first defined here; redefined in rts2800_fpu32_eabi.lib<exit.c.obj>, '
@@ -124,7 +124,7 @@ ADDED = (
      "names: __assert_fail brings in the console of the library"),
 )
 
-# A function that is collected for RAM where it was not, or not where it was, and what is reported.
+# A function that is collected for RAM although it was not before, or vice versa, and the report.
 MOVED = (
     ("hal_boot", True, "hal/f28335/boot.c:", "copy: runs from RAM before it is there: hal_boot"),
     ("flash_program", True, "hal/f28335/flash.c:", "overlay: runs from RAM while the flash API is in its place: flash_program"),
@@ -153,7 +153,7 @@ class CheckLinker(unittest.TestCase):
         cls.temporary.cleanup()
 
     def write(self, name, text):
-        """Until this case ends."""
+        """Writes a file, which keeps this content until the case ends."""
         path = self.root / name
         if path.exists():
             self.addCleanup(path.write_text, path.read_text(encoding="utf-8"), encoding="utf-8")
@@ -162,7 +162,7 @@ class CheckLinker(unittest.TestCase):
         path.write_text(text, encoding="utf-8")
 
     def remove(self, name):
-        """Likewise."""
+        """Removes a file until the case ends."""
         self.write(name, "")
         (self.root / name).unlink()
 
@@ -175,7 +175,7 @@ class CheckLinker(unittest.TestCase):
         return ["--commands", str(self.root / COMMANDS), "--root", str(self.root), "--cc", graphs.CC, "--arm", "none"]
 
     def check(self):
-        """(exit status, what it printed)"""
+        """Returns (exit status, output)."""
         told = io.StringIO()
         with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
             status = checker.main(self.words())
@@ -246,7 +246,7 @@ class CheckLinker(unittest.TestCase):
                            "nobody of firmware/drive/none.c: there is no such function")
 
         self.doCleanups()
-        self.collect("bus_wait", False)  # code that configures the flash must not be in flash, even if the list contains it
+        self.collect("bus_wait", False)  # code that configures the flash must be in RAM, whatever the list contains
         self.listed_in_flash("hal/f28335/wait.c: bus_wait")
         self.assert_breach("hal/f28335/wait.c:", "stays in flash")
 
@@ -256,7 +256,7 @@ class CheckLinker(unittest.TestCase):
         self.assertEqual(checker.main([*self.words(), "--write"]), 0)
         self.assertEqual((self.root / FLASH).read_text(encoding="utf-8"), before)
 
-    # Room
+    # Free memory
 
     def test_code_that_leaves_no_quarter_of_the_memory_free(self):
         self.change(FLASH, "origin = 0x008000, length = 0x004000", "origin = 0x008000, length = 0x003000")
@@ -272,7 +272,7 @@ class CheckLinker(unittest.TestCase):
     # Names
 
     def append(self, name, text):
-        """The line where it begins."""
+        """Appends text to a file; returns the line where it begins."""
         before = (self.root / name).read_text(encoding="utf-8")
         self.write(name, before + text)
         return before.count("\n") + 1

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""tools/flash-api on COFF images made here by TI's description of the format (SPRAAO8), one fault each, and with a stand-in
-for cl2000 that checks its command line and gives such an image.
+"""tools/flash-api with COFF images that are made here by TI's description of the format (SPRAAO8), with one fault each, and
+with a stand-in for cl2000 that checks its command line and produces such an image.
 
 usage: test_flash_api.py FOLDER [unittest options]    FOLDER is what chip_build.py made
 
-CC names a C compiler, which reads what is made.
+CC names a C compiler, which compiles the resulting source.
 """
 import contextlib
 import io
@@ -27,7 +27,7 @@ TOOL = ROOT / "tools/flash-api"
 flash_api = tool.load("flash-api")
 TEXT, DATA, BSS, COPY, NOLOAD = 0x20, 0x40, 0x80, 0x10, 0x02
 AT = 0x8000
-CODE = [0x761F, 0x0006, 0x9A00, 0x0006]  # any words
+CODE = [0x761F, 0x0006, 0x9A00, 0x0006]  # arbitrary words
 # Four branches to words of .text, and the two variables in .ebss.
 TABLE = [0x0040, 0x8010, 0x0040, 0x8011, 0x0040, 0x8012, 0x0040, 0x8013, 0x8020, 0, 0x8022, 0]
 
@@ -76,7 +76,7 @@ class Case(unittest.TestCase):
                               text=True, check=False)
 
     def made(self):
-        """What a compiler reads in the source: its words."""
+        """The words that a compiler reads from the resulting source."""
         main = self.folder / "main.c"
         main.write_text('#include <stdio.h>\n#include "hal/f28335/bus.h"\nint main(void)\n{\n    bus_memory_t api = bus_flash_api();\n'
                         '    for (uint32_t n = 0; n < api.count; n++) {\n        printf("%u\\n", api.words[n]);\n    }\n    return 0;\n}\n')
@@ -112,7 +112,7 @@ class Images(Case):
 
     def test_a_file_that_ends_anywhere_is_refused(self):
         whole = coff(sections())
-        needed = whole.rindex(struct.pack("<H", 0xABCD)) + 2  # debug information and names are not
+        needed = whole.rindex(struct.pack("<H", 0xABCD)) + 2  # debug information and names are not needed
         for length in range(needed):
             with self.subTest(length=length), self.assertRaises(flash_api.Refused):
                 flash_api.block_of(flash_api.read_sections(whole[:length]))
@@ -198,7 +198,7 @@ class Builds(Case):
         for step in steps:
             done = subprocess.run(step, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        # Only the source that is new is compiled for its call graph; of the others chip_build.py has it.
+        # Only the new source is compiled for its call graph; chip_build.py has made those of the other sources.
         checker, told = tool.load("check-linker"), io.StringIO()
         graphs.remember(checker)
         with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
@@ -220,7 +220,7 @@ class Table(unittest.TestCase):
         places = {name: int(value) for name, value in re.findall(r"#define FLASH_API_(ERASE|PROGRAM|VERIFY|VERSION|SCALE|CALLBACK|HEAD)"
                                                                 r"\s+(\d+)u", header)}
         source = (ROOT / "linker/flash_api.asm").read_text()
-        rows = re.findall(r"^(?:_flash_api:)?\s+(LB|\.long)\s+(\w+)$", source, re.MULTILINE)  # two words each
+        rows = re.findall(r"^(?:_flash_api:)?\s+(LB|\.long)\s+(\w+)$", source, re.MULTILINE)  # each entry has two words
         expected = {"ERASE": "_Flash28335_Erase", "PROGRAM": "_Flash28335_Program", "VERIFY": "_Flash28335_Verify",
                     "VERSION": "_Flash28335_APIVersionHex", "SCALE": "_Flash_CPUScaleFactor", "CALLBACK": "_Flash_CallbackPtr"}
         self.assertEqual({rows[place // 2][1]: name for name, place in places.items() if name != "HEAD"},

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""The assembly sources of the chip, instruction by instruction: codestart.asm from where the boot ROM jumps to until the
-run-time library, and bus_debug_groups(). Their few instructions are played as SPRU430 describes them; any other is an error.
+"""Executes the assembly sources of the chip instruction by instruction: codestart.asm, from the entry of the boot ROM to the run-time
+library, and bus_debug_groups(). The few instructions are simulated by SPRU430; any other instruction is an error.
 
-Expected: SPRUFB0 ch. 3, watchdog off is 0x68 (WDDIS, WDCHK 101) in WDCR at 0x7029, accepted between EALLOW and EDIS alone.
+The expected values follow from SPRUFB0, chapter 3: 0x68 (WDDIS, WDCHK 101) in WDCR at 0x7029 turns the watchdog off, and the write is
+accepted only between EALLOW and EDIS.
 """
 import pathlib
 import re
@@ -14,7 +15,7 @@ TURNS = 20
 
 
 def number(text, names):
-    """#constant, NAME, 0a5h, or one of these >> a number."""
+    """The number that #constant, NAME, 0a5h, or one of these >> a number, represents."""
     value, *shift = text.lstrip("#").split(">>")
     value = value.strip()
     value = names[value] if value in names else int(value[:-1], 16) if value.lower().endswith("h") else int(value, 0)
@@ -22,7 +23,7 @@ def number(text, names):
 
 
 class Cpu:
-    """The registers that these instructions change; `source` is a file's text."""
+    """The registers that these instructions change; `source` is the text of a file."""
 
     def __init__(self, source):
         self.program, self.labels, self.names = [], {}, {}
@@ -45,7 +46,7 @@ class Cpu:
                 self.program.append((section, word, [part.strip() for part in rest[0].split(",")] if rest else []))
 
     def run(self, at):
-        """Runs from here until it leaves this file; returns the target."""
+        """Runs from this address until the code leaves the file; returns the target."""
         for _ in range(TURNS):
             _, word, operands = self.program[at]
             at += 1

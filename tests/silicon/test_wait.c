@@ -1,16 +1,16 @@
-/* bus_wait() of the chip as it is, hal/f28335/wait.c, with a CPU timer that counts down by some cycles from
- * one look at it to the next, as code that runs takes time. */
+/* The unchanged bus_wait() of the chip, hal/f28335/wait.c, with a CPU timer that counts down by several
+ * cycles between two reads, because running code takes time. */
 #include "unity.h"
 
 #include "hal/f28335/bus.h"
 
 static cpu_timer_regs_t timer;
-static uint32_t step;  /* [cycles] from look to look */
-static uint32_t looks; /* [-] */
+static uint32_t step;  /* [cycles] between two reads */
+static uint32_t looks; /* [-] number of reads */
 
 static const volatile cpu_timer_regs_t *look(uint32_t number)
 {
-    TEST_ASSERT_EQUAL_UINT32(0u, number); /* the one that hal_init has started */
+    TEST_ASSERT_EQUAL_UINT32(0u, number); /* the timer that hal_init has started */
     timer.TIM -= looks > 0u ? step : 0u;
     looks++;
     return &timer;
@@ -20,7 +20,7 @@ static const volatile cpu_timer_regs_t *look(uint32_t number)
 #define CPU_TIMER(n) look(n)
 #include "hal/f28335/wait.c"
 
-/* The counts of the timer until bus_wait returns, if it begins at this count. */
+/* The counts of the timer until bus_wait returns, if the timer begins at this count. */
 static uint32_t waited(uint32_t cycles, uint32_t from, uint32_t cycles_a_look)
 {
     timer.TIM = from;
@@ -43,7 +43,7 @@ static void test_it_waits_at_least_so_many_cycles_and_hardly_more(void)
     }
 }
 
-/* hal_time() wraps after 28 s. */
+/* The timer of hal_time() passes zero every 28 s. */
 static void test_a_timer_that_goes_through_zero_during_this_time_makes_no_difference(void)
 {
     for (uint32_t from = 0u; from < 40u; from++) {
@@ -51,7 +51,8 @@ static void test_a_timer_that_goes_through_zero_during_this_time_makes_no_differ
     }
 }
 
-/* Before hal_init has started it, or after it was stopped: a turn takes a cycle and more. */
+/* The timer is stopped before hal_init has started it, or later. A turn of the loop takes at least a
+ * cycle. */
 static void test_with_a_stopped_timer_it_ends_after_the_same_number_of_turns(void)
 {
     for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {

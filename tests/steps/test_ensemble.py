@@ -1,4 +1,6 @@
-"""tools/ensemble on programs that are red for some seeds. usage: test_ensemble.py"""
+"""tools/ensemble with programs that fail for some seeds.
+
+usage: test_ensemble.py"""
 
 import os
 import pathlib
@@ -9,7 +11,7 @@ import unittest
 
 ENSEMBLE = pathlib.Path(__file__).resolve().parents[2] / "tools/ensemble"
 
-# Unity's lines: one function that is always green, one with two members, of which the second is red for a seed.
+# Output in Unity's form: one function that always passes, and one with two members, of which the second fails for a seed.
 PROGRAM = """#!/bin/sh
 echo "LAGLESS_SEED=$LAGLESS_SEED"
 echo "test.c:1:test_holds:PASS"
@@ -21,7 +23,7 @@ fi
 echo "test.c:2:test_of_noise[1]:PASS"
 """
 
-# A grid's lines (tools/desk/run_scenario.c): of two places the second is red for a seed.
+# Output in the form of a grid (tools/desk/run_scenario.c): the second of two scenarios fails for a seed.
 GRID = """#!/bin/sh
 printf 'braking: shaft heavy\\n  met     a\\n  met     b\\n  state 3\\n'
 if [ "$LAGLESS_SEED" = 7 ]; then
@@ -67,11 +69,12 @@ class Ensemble(unittest.TestCase):
                               "3 of 4 runs green, 75.00 %, of 1 test functions with 2 seeds"]), (done.returncode, done.stdout.splitlines()))
 
     def test_exit_codes(self):
-        """99 of a hundred runs are enough; whole grids and other labels are left out; wrong use, and nothing to run."""
+        """99 of a hundred runs are enough; whole grids and other labels are left out; wrong use; no test to run."""
         self.assertEqual(3, self.run_tool().returncode)
         self.build(rig_a=("rig", PROGRAM.format(red=7)), rig_a_whole=("rig;long;grid", "#!/bin/sh\nexit 1\n"), rig_b=("unit", "#!/bin/sh\nexit 1\n"),
                    board_gates=("board", "#!/bin/sh\nexit 1\n"))
-        for code, words in ((0, ("--seeds", "34", "--first", "1")), (1, ("--seeds", "33", "--first", "1")),  # 101 of 102, 98 of 99
+        # With these arguments 101 of 102 runs pass, and 98 of 99.
+        for code, words in ((0, ("--seeds", "34", "--first", "1")), (1, ("--seeds", "33", "--first", "1")),
                             (1, ("--seeds", "2", "board_gates")), (3, ("rig_nothing",)),
                             (2, ("--seeds", "0")), (2, ("--first", "x")), (2, ("(",)), (2, ("--unknown",))):
             self.assertEqual(code, self.run_tool(*words).returncode, words)

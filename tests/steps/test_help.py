@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Each tool in Python answers --help with its usage, without doing anything: 0, and nothing on stderr. Python 3.9, standard library only."""
+"""Each tool in Python answers --help with its usage, exit code 0 and no output on stderr, and has no other effect. Python 3.9, standard
+library only."""
 import pathlib
 import subprocess
 import sys

@@ -12,7 +12,7 @@ import unittest
 CTEST = sys.argv[1]
 TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
 
-# Four tests as CMake hands them to ctest.
+# Four tests in the form in which CMake gives them to ctest.
 TESTS = """add_test(done "/bin/sh" "-c" "exit 0")
 add_test(without_tool "/bin/sh" "-c" "exit 77")
 set_tests_properties(without_tool PROPERTIES SKIP_RETURN_CODE 77)
@@ -150,7 +150,7 @@ class Steps(unittest.TestCase):
 
 
 def alive(process):
-    """Running: neither ended nor a zombie."""
+    """The process is running: it has neither ended nor become a zombie."""
     try:
         return pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except FileNotFoundError:

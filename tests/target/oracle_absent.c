@@ -1,12 +1,12 @@
-/* The oracles are C++ with Eigen and run on the host only: a test that needs one is left out here, and
- * reports this. */
+/* The oracles are C++ with Eigen and run on the host only. A test that needs one is left out on a target
+ * and reports this. */
 #include <unity.h>
 
 #include "tests/oracle/estimator_oracle.h"
 #include "tests/oracle/pll_oracle.h"
 #include "tests/oracle/smo_oracle.h"
 
-#define LEFT_OUT() TEST_IGNORE_MESSAGE("asks an oracle of the desk")
+#define LEFT_OUT() TEST_IGNORE_MESSAGE("needs an oracle, which runs on the host only")
 
 void estimator_oracle_sample(const estimator_oracle_case_t *rig, long k, estimator_oracle_sample_t *sample)
 {

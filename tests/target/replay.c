@@ -1,6 +1,7 @@
-/* Takes a recording through this target's drive, interrupt by interrupt, and compares every signal and the
- * command with those of the host, bit for bit; where floats are software, the beginning of each part, and of
- * the parts the share of the day. 0: no bit differs. */
+/* Runs a recording through the drive on this target, interrupt by interrupt, and compares every signal and
+ * the command with those of the host, bit for bit. Where floats are computed in software, only the
+ * beginning of each part runs, and of the parts only the share of the day. The exit code is 0 if no bit
+ * differs. */
 #include <stdio.h>
 #include <string.h>
 
@@ -17,7 +18,8 @@ static FILE *input;
 #endif
 
 static drive_t drive;
-static uint32_t values, unequal, differing; /* values compared, values and bits that differ */
+/* Number of compared values, of values that differ, and of bits that differ. */
+static uint32_t values, unequal, differing;
 
 static uint32_t take(void)
 {
@@ -25,7 +27,7 @@ static uint32_t take(void)
     return recording_word(input);
 #else
     uint32_t word;
-    unsigned char octets[sizeof word]; /* lowest first, as the processor has them in memory */
+    unsigned char octets[sizeof word]; /* lowest first, as in the memory of the processor */
     for (unsigned n = 0; n < sizeof octets; n++) {
         octets[n] = GPIOR2;
     }
@@ -57,7 +59,7 @@ static void leave_out(uint32_t words)
     }
 }
 
-/* Periods of the recording that this target does not run. */
+/* Skips periods of the recording that this target does not run. */
 static void pass_over(uint32_t periods)
 {
     for (uint32_t n = 0; n < periods; n++) {
@@ -68,7 +70,7 @@ static void pass_over(uint32_t periods)
     }
 }
 
-/* A part: a power-on, and its periods. */
+/* Runs a part: a power-on and its periods. */
 static void replay(uint32_t periods)
 {
     params_t params;
@@ -111,7 +113,7 @@ int main(void)
     }
 #endif
     uint32_t seed = 0u, share = 1u, left_out = 0u;
-#ifndef REPLAY_FILE /* the simulator's words in front of the recording */
+#ifndef REPLAY_FILE /* the words of the simulator before the recording */
     seed = take();
     share = take();
     share = share == 0u ? 1u : share;
@@ -136,7 +138,7 @@ int main(void)
         if (count != 0u) {
             replay(count);
         } else {
-            leave_out(params_table.count); /* of the power-on */
+            leave_out(params_table.count); /* skips the parameters of the power-on */
         }
         pass_over(periods[part] - count);
         all += count;

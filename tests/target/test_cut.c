@@ -1,24 +1,23 @@
-/* The medium task interrupted anywhere: takes a recording through the drive on the host, and in each window
- * stops the medium task at a block of its code that is drawn, lets up to seven periods of the fast task come
- * in between, and goes on. Commands and all that the fast task shows are those of the recording, bit for bit.
- *
- * The compiler calls __sanitizer_cov_trace_pc() at each block of the firmware (-fsanitize-coverage=trace-pc).
- * A window in which the medium task opens the bridge is not cut: that word
- * acts when it is written. */
+/* Interrupts the medium task at any place. The test runs a recording through the drive on the host. In
+ * each window it stops the medium task at a randomly chosen block of its code, runs up to seven periods of
+ * the fast task, and continues the medium task. Commands and all outputs of the fast task must equal the
+ * recording bit for bit. The compiler inserts a call of __sanitizer_cov_trace_pc() into each block of the
+ * firmware (-fsanitize-coverage=trace-pc). A window in which the medium task opens the bridge is not
+ * interrupted, because that order takes effect when it is written. */
 #include <stdlib.h>
 
 #include "tools/target/recorded_drive.h"
 
-#define LOWEST 1000u /* least number of cuts */
+#define LOWEST 1000u /* smallest accepted number of interruptions */
 
 static uint32_t windows, cuts, spared;
 
-/* ---- the cut ---- */
+/* ---- interruption of the medium task ---- */
 
 static bool in_medium;
-static uint32_t block;   /* [-] since its begin */
-static uint32_t cut_at;  /* [-] the block at which it is cut */
-static uint32_t between; /* [periods] of the fast task that come there */
+static uint32_t block;   /* [-] blocks since the begin of the medium task */
+static uint32_t cut_at;  /* [-] number of the block at which it is interrupted */
+static uint32_t between; /* [periods] of the fast task that run there */
 
 void __sanitizer_cov_trace_pc(void);
 void __sanitizer_cov_trace_pc(void)
@@ -33,7 +32,8 @@ void __sanitizer_cov_trace_pc(void)
     }
 }
 
-/* [-] blocks of the medium task in this window, according to a copy of the drive; 0: it opens the bridge. */
+/* [-] The number of blocks of the medium task in this window, counted with a copy of the drive; 0 if it
+ * opens the bridge. */
 static uint32_t blocks_of_window(void)
 {
     drive_t *copy = malloc(sizeof *copy);

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
-"""Every test that tests/target/avr/left_out.c leaves out is there: in this file a test of this name, and no row
-twice. A row without such a test would leave out a test that is written later, and this would not be
-detected."""
+"""Every test that tests/target/avr/left_out.c leaves out exists in the file that the row names, and no row occurs twice. A row without such
+a test would leave out a test of this name that is written later, without a notice."""
 import pathlib
 import re
 import sys

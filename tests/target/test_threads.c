@@ -1,25 +1,24 @@
-/* Both tasks at once, in two threads, under ThreadSanitizer: takes a recording through the drive on the host,
- * and while the medium task works on a window the next seven periods of the fast task run in parallel. The
- * two
- * meet only where a window ends, as on the chip: there the medium task must have finished, and gets the next
- * window. Any other word that one task writes and the other one reads or writes is a race, which ends the
- * program. Commands and all that the fast task shows are those of the recording, bit for bit.
- *
- * A window in which the medium task opens the bridge is taken alone: that word acts when it is written. */
+/* Runs both tasks at the same time, in two threads, under ThreadSanitizer. The test runs a recording
+ * through the drive on the host; while the medium task works on a window, the next seven periods of the
+ * fast task run in parallel. As on the chip, the two meet only where a window ends: there the medium task
+ * must have finished, and receives the next window. Any other word that one task writes and the other one
+ * reads or writes is a race, which ends the program. Commands and all outputs of the fast task must equal
+ * the recording bit for bit. A window in which the medium task opens the bridge runs alone, because that
+ * order takes effect when it is written. */
 #include <pthread.h>
 #include <semaphore.h>
 #include <stdlib.h>
 
 #include "tools/target/recorded_drive.h"
 
-#define LOWEST 1000u /* windows with both at once that there must have been, at least */
+#define LOWEST 1000u /* smallest accepted number of windows in which both tasks run */
 
 static uint32_t windows, together;
 static sem_t handed, done;
 static bool works;   /* the medium task has a window */
-static bool no_more; /* it has seen the last one */
+static bool no_more; /* the medium task has received the last window */
 
-/* The function that the compiler calls at each block of the firmware, for test_cut.c. */
+/* The function that the compiler calls in each block of the firmware; only test_cut.c uses it. */
 void __sanitizer_cov_trace_pc(void);
 __attribute__((no_sanitize_thread)) void __sanitizer_cov_trace_pc(void)
 {

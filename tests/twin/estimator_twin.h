@@ -1,6 +1,6 @@
-/* The fixed-point estimator in the shape of the float one, so that the tests of estimator.h run on it
- * unchanged: force-included before test_estimator_*.c and test_flux.c. After each call the fields of
- * estimator_t that a test may look at hold the twin's state in SI. */
+/* The fixed-point estimator with the interface of the float one, so that the tests of estimator.h run on
+ * it unchanged. This header is force-included before test_estimator_*.c and test_flux.c. After each call
+ * the fields of estimator_t that a test may read have the twin's state in SI units. */
 #ifndef TESTS_TWIN_ESTIMATOR_TWIN_H
 #define TESTS_TWIN_ESTIMATOR_TWIN_H
 
@@ -12,11 +12,11 @@
 #include "estimator/fixed/fixed.h"
 
 typedef struct {
-    /* of estimator_t */
+    /* the state that estimator_t has */
     observer_t observer;
     tracker_t tracker;
     estimate_t estimate;
-    /* what it is seen from */
+    /* the state from which it is computed */
     fixed_t fixed;
 } twin_t;
 
@@ -137,18 +137,19 @@ static inline uint16_t twin_invalid(const twin_t *est)
     return fixed_invalid(&est->fixed);
 }
 
-/* Tests that do not apply to the twin, with the reason; test_twins.c has corresponding tests for some of
- * them. */
+/* The tests that do not apply to the twin, with the reason; test_twins.c has corresponding tests for some
+ * of them. */
 static inline bool twin_skips(const char *test)
 {
     static const char *const skipped[] = {
-        /* of smo.h, lag.h and pll.h alone */
+        /* tests of smo.h, lag.h and pll.h alone */
         "test_filter_is_switched_while_it_runs",
-        /* samples beyond the formats: ESTIMATOR_SAMPLE here */
+        /* samples beyond the range of the formats; there the twin reports ESTIMATOR_SAMPLE */
         "test_criterion_switched_off_is_not_judged",
-        /* halves are rounded upward: the mirror image of chatter differs by a count, and then altogether */
+        /* halves are rounded upward, so that the mirror image of chatter differs by a count and later
+         * completely */
         "test_backward_is_the_mirror_of_forward_with_the_sign",
-        /* to the last digit of a float */
+        /* the test needs the last digit of a float */
         "test_at_its_limit_a_criterion_still_holds",
     };
     for (unsigned n = 0; n < sizeof skipped / sizeof skipped[0]; n++) {

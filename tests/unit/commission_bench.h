@@ -1,5 +1,5 @@
-/* The drive of the commissioning tests: 10 A, of which 5 A may flow for long, and a window of eight periods.
- */
+/* The drive of the commissioning tests: a limit of 10 A, a continuous current of 5 A, and a window of
+ * eight periods. */
 #ifndef TESTS_UNIT_COMMISSION_BENCH_H
 #define TESTS_UNIT_COMMISSION_BENCH_H
 

@@ -1,4 +1,4 @@
-/* Common code of the unit tests: the headers of C and of Unity, and functions that compare. */
+/* Common code of the unit tests: the headers of C and of Unity, and functions that compare values. */
 #ifndef TESTS_UNIT_COMPARE_H
 #define TESTS_UNIT_COMPARE_H
 
@@ -12,7 +12,7 @@
 
 #define PI 3.14159265358979323846
 
-/* A difference of two angles [rad] the short way round, -pi..pi. */
+/* The difference of two angles [rad] in the range -pi to pi. */
 static inline double circle(double difference)
 {
     return difference - 2.0 * PI * nearbyint(difference / (2.0 * PI));
@@ -25,7 +25,8 @@ static inline void check_below(double value, double limit, const char *what)
     TEST_ASSERT_TRUE_MESSAGE(value <= limit, text);
 }
 
-/* The same, printed: docs/salient.md has the largest value of each line (tools/salient). */
+/* Checks that the value is below the limit and prints both; tools/salient writes the largest value of each
+ * line into docs/salient.md. */
 static inline void check_line(double value, double limit, const char *line)
 {
     printf("measured %s: %.6g, limit %.6g\n", line, value, limit);

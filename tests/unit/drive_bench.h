@@ -1,5 +1,5 @@
-/* A drive without hardware: its parameters, samples and command, the effect of the trip zone on the command,
- * and functions that bring it into operation. */
+/* A drive without hardware: its parameters, samples and command, the effect of the trip zone on the
+ * command, and functions that bring it into its states. */
 #ifndef TESTS_UNIT_DRIVE_BENCH_H
 #define TESTS_UNIT_DRIVE_BENCH_H
 
@@ -8,16 +8,16 @@
 
 static drive_t drive;
 static params_t params;
-static drive_samples_t samples; /* of two current sensors */
+static drive_samples_t samples; /* samples of two current sensors */
 static drive_command_t command;
 
-/* Defaults with the paper's speed control on the encoder, with nothing connected that moves. */
+/* The defaults, with the paper's speed control on the encoder. No rotor and no winding are simulated. */
 static inline void bench_begin(void)
 {
     params_defaults(&params);
     params.position_source = POSITION_ENCODER;
-    params.encoder_fault_reaction = ENCODER_FAULT_IGNORED; /* no rotor, no EMF, */
-    params.current_judged = CURRENT_NOT_JUDGED;            /* no winding */
+    params.encoder_fault_reaction = ENCODER_FAULT_IGNORED; /* without a rotor there is no EMF */
+    params.current_judged = CURRENT_NOT_JUDGED;            /* there is no winding */
     params.speed_kp = 0.5f;
     params.speed_ki = 2.5f;
     params.speed_setpoint_weight = 1.0f;
@@ -39,7 +39,7 @@ static inline void steps(uint32_t count)
 {
     for (uint32_t n = 0; n < count; n++) {
         step();
-        /* the effect of the trip zone on the command */
+        /* The effect of the trip zone on the command. */
         if (command.gates == GATES_ON) {
             samples.flags &= ~DRIVE_SAMPLE_TRIPPED;
         } else if (command.gates == GATES_OFF) {
@@ -48,7 +48,7 @@ static inline void steps(uint32_t count)
     }
 }
 
-/* To the end of the window under way, and this number of more. */
+/* Runs to the end of the present window, and this number of windows more. */
 static inline void windows(uint32_t count)
 {
     do {
@@ -57,8 +57,8 @@ static inline void windows(uint32_t count)
     } while (count > 0u);
 }
 
-/* A request of now, or a decision at the end of this window, acts from the first period of the window after
- * the next on, and has its full effect at the end of that window. */
+/* Runs until a present request, or a decision at the end of this window, has its full effect. The effect
+ * begins with the first period of the window after the next and is complete at the end of that window. */
 static inline void windows_until_it_acts(void)
 {
     windows(2u);
@@ -89,7 +89,7 @@ static inline void request_speed(float omega_m)
     drive_request(&drive, &requests);
 }
 
-/* `params` from the next step on. */
+/* Makes `params` active from the next step on. */
 static inline void offer_params(void)
 {
     params_error_t why;
@@ -117,8 +117,9 @@ static inline void bring_to_ready(void)
     expect_state(DRIVE_READY);
 }
 
-/* [windows] from the request to operation: the window in which it is seen, the next one, the one in which the
- * gates are switched on, and the one until the decision acts and is shown. */
+/* [windows] From the request to operation. These are the window in which the request is read, the next
+ * one, the one in which the gates are switched on, and the one until the decision takes effect and is
+ * shown. */
 #define SWITCHING_ON 4u
 
 static inline void bring_to_run(void)
@@ -129,7 +130,8 @@ static inline void bring_to_run(void)
     expect_state(DRIVE_OPERATION_ENABLED);
 }
 
-/* 10000 counts a turn: a whole number of them per period, so that the tracked speed is exact. */
+/* Turns the shaft by this number of counts in each period. A turn has 10000 counts; a whole number per
+ * period makes the tracked speed exact. */
 static inline void turn(uint32_t counts, uint32_t count)
 {
     for (uint32_t n = 0; n < count; n++) {

@@ -1,12 +1,14 @@
-/* Common code of the tests of the estimator: machines, parameters, a bench in which the adaptation runs
- * with the estimator as in the drive. The whole estimator, open loop, on exact data of a turning machine
- * (estimator_oracle.h); judged by the true angle: error = theta_hat - theta in mrad.
+/* Common code of the tests of the estimator: machines, parameters, and a bench in which the adaptation runs
+ * with the estimator as it does in the drive.
  *
- * The error of the floats: a current of 4.55 A is rounded by 2.4e-7 A, the observer's own by as much, which
- * L/T makes a voltage: 125 V/A 5e-7 A = 6e-5 V on 7.7 V and more (paper's machine at 100 r/min), 0.01 mrad;
- * for the other machines L i_q/(T psi_f omega) is at most ten times that of the paper's, 0.1 mrad a sample,
- * which the PLL averages. lag_emf: 1e-5 rad. The PLL: 1e-5 rad (test_pll.c). FLOAT_MEAN and FLOAT_PEAK are
- * the sums. */
+ * The whole estimator runs in open loop on exact data of a turning machine (estimator_oracle.h). It is judged
+ * by the true angle: error = theta_hat - theta in mrad.
+ *
+ * The error of the float arithmetic: a current of 4.55 A is rounded by 2.4e-7 A, and the observer's own
+ * current by as much. L/T turns this into a voltage, 125 V/A 5e-7 A = 6e-5 V, compared with 7.7 V or more
+ * (the paper's machine at 100 r/min): 0.01 mrad. For the other machines L i_q/(T psi_f omega) is at most
+ * ten times that of the paper's: 0.1 mrad per sample, which the PLL averages. lag_emf adds 1e-5 rad, and
+ * the PLL 1e-5 rad (test_pll.c). FLOAT_MEAN and FLOAT_PEAK are the sums. */
 #ifndef TESTS_UNIT_ESTIMATOR_BENCH_H
 #define TESTS_UNIT_ESTIMATOR_BENCH_H
 
@@ -22,7 +24,7 @@
 
 #define T          1e-4
 #define PSI        0.183
-#define RATED      4.55 /* [A] of the paper's machine at 5 N m */
+#define RATED      4.55 /* [A] i_q of the paper's machine at 5 N m */
 #define FLOAT_MEAN 0.03 /* [mrad] */
 #define FLOAT_PEAK 0.1  /* [mrad] */
 
@@ -39,7 +41,8 @@ static inline void tune(estimator_params_t *params, double bandwidth, double cut
     TEST_ASSERT_TRUE(pll_design(&params->pll, (float)bandwidth, 1.0f, (float)cutoff, (float)T));
 }
 
-/* The default: vector sigmoid by the rule (docs/theory.md, 3), exact lag, 2000 rad/s, PLL 200 / 50. */
+/* The default estimator: vector sigmoid by the rule (docs/theory.md, 3), exact lag compensation, EMF
+ * filter of 2000 rad/s, PLL 200 / 50. */
 static inline estimator_params_t params_of(int machine)
 {
     estimator_params_t params = {.smo = observer_of(machine, 2000.0f),
@@ -96,7 +99,8 @@ static inline void init(const estimator_params_t *params)
     flux_reset(&flux, 0.0f);
 }
 
-/* The asserts of the firmware would end the program. */
+/* Takes over these parameters. They are checked first, because a failed assert of the firmware would end
+ * the program. */
 static inline void retune(const estimator_params_t *params)
 {
     params_error_t why;
@@ -111,7 +115,7 @@ static inline void retune(const estimator_params_t *params)
     estimator_set_flux(&est, flux.flux_linkage, flux.speed_per_volt);
 }
 
-/* A step, with the adaptation as in the drive. */
+/* A step of the estimator and the adaptation, in the order of the drive. */
 static inline position_t stepped(ab_t voltage, ab_t current)
 {
     const position_t position = estimator_step(&est, voltage, current);
@@ -134,7 +138,7 @@ static inline double error_of(const estimator_oracle_case_t *rig, long k, positi
     return 1e3 * circle((double)position.theta_e - sample_of(rig, k).theta);
 }
 
-/* To the true state at t_k, except for these errors [rad], [rad/s]. */
+/* Starts the estimator at the true state at t_k, except for these errors [rad], [rad/s]. */
 static inline void reset_near(const estimator_oracle_case_t *rig, long k, double theta, double omega)
 {
     const estimator_oracle_sample_t now = sample_of(rig, k);
@@ -148,7 +152,7 @@ typedef struct {
     double speed;          /* mean error [rad/s] */
 } deviation_t;
 
-/* The steps from `from` on, judged over the last `count` of them. */
+/* Runs the steps from `from` on; the result is that of the last `count` of them. */
 static inline deviation_t deviation(const estimator_oracle_case_t *rig, long from, long settle, long count)
 {
     deviation_t d = {0.0, 0.0, 0.0, 0.0};
@@ -179,9 +183,9 @@ static inline void run_near(const estimator_params_t *params, const estimator_or
     (void)deviation(rig, 1, count, 0);
 }
 
-/* Settled on a constant speed, from 0.1 rad beside: the slower of the loop's modes (omega_c = 50 rad/s)
- * leaves exp(-25) after 0.5 s, the mean of k_f exp(-50). 0.6 s are whole turns at 100, 500, 1000 and 1500
- * r/min. */
+/* The estimator settles at a constant speed, from an angle error of 0.1 rad. After 0.5 s the slower mode
+ * of the loop (omega_c = 50 rad/s) has decayed to exp(-25), the mean of k_f to exp(-50). The following 0.6
+ * s are whole turns at 100, 500, 1000 and 1500 r/min. */
 static inline deviation_t settled(const estimator_params_t *params, const estimator_oracle_case_t *rig)
 {
     init(params);
@@ -189,16 +193,17 @@ static inline deviation_t settled(const estimator_params_t *params, const estima
     return deviation(rig, 1, 5000, 6000);
 }
 
-#define RAMP       565.0 /* [rad/s^2]: 0.355 rad behind at ki 1624 */
+#define RAMP       565.0 /* [rad/s^2] causes a lag of 0.355 rad at ki 1624 */
 #define RAMP_START 2000L
 #define RAMP_STEPS 10000L
 
 typedef struct {
-    double steady; /* mean over the last 0.1 s of the ramp [mrad] */
-    double peak;   /* from the ramp's start to its end [mrad] */
+    double steady; /* [mrad] mean over the last 0.1 s of the ramp */
+    double peak;   /* [mrad] peak from the start of the ramp to its end */
 } ramp_t;
 
-/* From `omega` with the ramp, current of no concern to the EMF: the torque's. */
+/* A machine that accelerates from `omega` in a ramp. Its current makes the torque of the acceleration; the
+ * EMF does not depend on it. */
 static inline estimator_oracle_case_t ramp_rig(double omega, double acceleration)
 {
     estimator_oracle_case_t rig = rig_of(0, omega, 0.0);

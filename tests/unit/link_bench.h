@@ -7,11 +7,11 @@
 #include "fast/protect/link_limit.h"
 #include "medium/protect/link_watch.h"
 
-#define LOOK   1.6e-3 /* [s] */
+#define LOOK   1.6e-3 /* [s] between two runs of the medium task */
 #define PERIOD 1e-4   /* [s] */
 #define OVER   400.0
 #define UNDER  200.0
-#define MOST   10.0   /* [A] */
+#define MOST   10.0   /* [A] current limit */
 #define TORQUE 1.098  /* [N m/A] */
 #define OMEGA  157.08 /* [rad/s] 1500 r/min */
 
@@ -60,7 +60,7 @@ static void limit_at(double u_dc, double omega_m)
     link_limit_step(&limit, &limit_tuning, (float)u_dc, (float)omega_m);
 }
 
-/* One evaluation of the supply, and the limits that follow. */
+/* Runs the supply detection once, and the limits that follow from it. */
 static void look(double u_dc)
 {
     const link_watch_input_t input = {.u_dc = (float)u_dc, .slow = limit.slow, .limits = limit.limits};

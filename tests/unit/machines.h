@@ -1,4 +1,4 @@
-/* Machines that the tests of the observer share, from a large slow one to a small fast one, and the paper's
+/* Machines for the tests of the observer, from a large slow one to a small fast one, and the paper's
  * observer. */
 #ifndef TESTS_UNIT_MACHINES_H
 #define TESTS_UNIT_MACHINES_H
@@ -8,8 +8,8 @@
 
 #define RAD_PER_RPM (4.0 * PI / 30.0) /* electrical, 4 pole pairs */
 
-/* R, L, psi_f and top speed. The last one, apart from the others, is at the limits: R T/L = 0.5, omega T =
- * 0.6. */
+/* R, L, psi_f and top speed. The last machine is an artificial one at the limits of the observer: R T/L =
+ * 0.5, omega T = 0.6. */
 static const struct {
     double resistance, inductance, flux_linkage, omega_max;
 } MACHINES[] = {{0.95, 0.0125, 0.183, 1500.0 * RAD_PER_RPM},
@@ -29,7 +29,7 @@ static const smo_params_t PAPER = {.resistance = 0.95f,
                                    .period = 1e-4f,
                                    .switching = SMO_SIGMOID};
 
-/* The observer of a machine: vector sigmoid, k_s and slope by the rule (docs/theory.md, 3). */
+/* The observer for a machine: vector sigmoid, k_s and slope by the rule (docs/theory.md, 3). */
 static inline smo_params_t observer_of(int machine, float emf_cutoff)
 {
     const double gain = 1.75 * MACHINES[machine].flux_linkage * MACHINES[machine].omega_max;

@@ -1,6 +1,6 @@
-/* Both halves of the manoeuvres, manoeuvres.h once a window and reference.h in each period, with a machine:
- * the setpoint of window n acts in window n + 2; currents are those that were requested a period ago, the EMF
- * is observed without error, and a loop that tracks is on the rotor. */
+/* Both halves of the manoeuvres with a machine: manoeuvres.h runs once in a window, reference.h in each
+ * period. The setpoint of window n acts in window n + 2. The currents of the machine are those that were
+ * requested a period ago, the EMF is observed without error, and the tracking loop has the true angle. */
 #ifndef TESTS_UNIT_MANOEUVRES_BENCH_H
 #define TESTS_UNIT_MANOEUVRES_BENCH_H
 
@@ -13,18 +13,18 @@
 #define PSI        0.183
 #define POLE_PAIRS 4.0
 #define KT         (1.5 * POLE_PAIRS * PSI)
-#define W          8u     /* [periods] of a window */
+#define W          8u     /* number of periods in a window */
 #define U_DC       310.0f /* [V] */
 
 static manoeuvres_t m;
 static manoeuvres_tuning_t tuning;
 static reference_t fast;
 static reference_tuning_t fast_tuning;
-static setpoint_t made, next, setpoint; /* newest, of the next window, active */
-static uint32_t window;                 /* [windows] closed */
+static setpoint_t made, next, setpoint; /* newest setpoint, that of the next window, active one */
+static uint32_t window;                 /* number of completed windows */
 static struct {
     uint32_t tracked;
-    double complex current, emf; /* sums [A], [V] */
+    double complex current, emf; /* sums over a window [A], [V] */
     double scatter;
 } sum;
 static params_t params;
@@ -32,10 +32,10 @@ static params_t params;
 static struct {
     double theta, omega_m;  /* [rad] electrical, [rad/s] mechanical */
     double inertia;         /* [kg m^2] */
-    double friction;        /* against the speed, and holds it at zero [N m] */
+    double friction;        /* [N m] opposes the motion, and holds the shaft at zero speed */
     bool blocked;           /* the shaft is held */
-    double detector;        /* of the loop's error [-] */
-    uint32_t coasts;        /* [periods] of each window in which the loop coasts; its detector is 0 then */
+    double detector;        /* [-] reading of the detector of the loop's error */
+    uint32_t coasts;        /* [periods] in each window for which the loop coasts; its detector is 0 then */
     double complex current; /* [A] */
 } machine;
 
@@ -43,10 +43,10 @@ static estimate_t estimate;
 static run_wish_t wish;
 static demand_t demand;
 static bool lost;
-static bool again; /* the same set is applied again with each window, and this must not change anything */
+static bool again; /* the same parameters are applied again in each window, which must not change anything */
 static uint32_t period, in_window;
 
-/* Names in the order in which they came. */
+/* Names of the manoeuvres in the order in which they occurred. */
 static struct {
     int32_t name;
     uint32_t period;
@@ -60,7 +60,7 @@ static inline void tune(void)
     fast_tuning = reference_prepare(&params, &assumed);
 }
 
-/* Each is obeyed once. */
+/* Clears the orders, because each order is obeyed once. */
 static inline void forget_orders(void)
 {
     made.enter = 0u;
@@ -69,7 +69,7 @@ static inline void forget_orders(void)
     made.stiffness = 0.0f;
 }
 
-/* The bridge comes on with the next window. */
+/* The bridge turns on with the next window. */
 static inline void start(void)
 {
     memset(&made, 0, sizeof made);
@@ -156,7 +156,7 @@ static inline void note(void)
     }
 }
 
-/* The sums of the fast task. */
+/* Adds a period to the sums of the fast task. */
 static inline void sum_up(void)
 {
     sum.tracked += in_window < machine.coasts ? 0u : fast.tracking;
@@ -165,7 +165,7 @@ static inline void sum_up(void)
     sum.scatter += (double)estimate.detector * (double)estimate.detector;
 }
 
-/* The mean of a window's sum, turned from its middle to its end with the estimate. */
+/* The mean of a window's sum, rotated from the middle of the window to its end by the estimate. */
 static inline ab_t mean_at_end(double complex of)
 {
     const double turn = 0.5 * (W - 1) * T * (double)estimate.omega_smooth;
@@ -173,13 +173,13 @@ static inline ab_t mean_at_end(double complex of)
     return to_ab(mean);
 }
 
-/* i_q that the newest setpoint makes at the speed of the machine [A]. */
+/* The i_q [A] that the newest setpoint gives at the speed of the machine. */
 static inline double made_i_q(void)
 {
     return (double)made.current.q - (double)made.stiffness * machine.omega_m;
 }
 
-/* The medium task: its result of this window acts in the window after the next. */
+/* Runs the medium task: its result of this window takes effect in the window after the next. */
 static inline void close_window(const position_t *encoder, float omega_m)
 {
     estimate_t seen = estimate;
@@ -212,7 +212,7 @@ static inline void close_window(const position_t *encoder, float omega_m)
     in_window = 0u;
 }
 
-/* A period. */
+/* Runs a period. */
 static inline void step(void)
 {
     const double angle = (double)demand.frame.theta_e + T * (double)demand.frame.omega_e;
@@ -253,7 +253,7 @@ static inline void step(void)
     note();
 }
 
-/* To the end of the window. */
+/* Runs to the end of the window. */
 static inline void window_step(void)
 {
     do {
@@ -298,7 +298,7 @@ static inline void expect_trace(const manoeuvre_t *names, int count)
     traced = 0;
 }
 
-/* Current in a frame: d + j q [A]. */
+/* The current in a frame at this angle: d + j q [A]. */
 static inline double complex current_in(double theta)
 {
     return machine.current * cexp(-J * theta);

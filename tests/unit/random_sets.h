@@ -1,4 +1,4 @@
-/* Random bits, and sets of parameters made of them, for tests of memories. */
+/* Random bits, and random sets of parameters, for tests of memories. */
 #ifndef TESTS_UNIT_RANDOM_SETS_H
 #define TESTS_UNIT_RANDOM_SETS_H
 
@@ -15,7 +15,7 @@ static inline uint32_t random_bits(void)
     return noise;
 }
 
-/* Any value that each row accepts, both ends among them. */
+/* Each parameter has any value in its range, including both ends. */
 static inline params_t random_set(void)
 {
     params_t set = {0};

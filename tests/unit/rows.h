@@ -1,4 +1,4 @@
-/* Rows of the parameters by their names, one or several: "start_current=6 lag_compensation=printed". */
+/* Sets one or several parameters by name: "start_current=6 lag_compensation=printed". */
 #ifndef TESTS_UNIT_ROWS_H
 #define TESTS_UNIT_ROWS_H
 

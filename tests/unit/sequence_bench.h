@@ -1,4 +1,5 @@
-/* The sequence and its inputs from the drive: the usual tuning, inputs, and the ways into its states. */
+/* The sequence with its inputs from the drive: usual tuning, inputs, and functions that lead into its
+ * states. */
 #ifndef TESTS_UNIT_SEQUENCE_BENCH_H
 #define TESTS_UNIT_SEQUENCE_BENCH_H
 
@@ -7,13 +8,14 @@
 #include "settings/reasons.h"
 #include "tests/unit/compare.h"
 
-#define REARM DRIVE_WINDOWS(20e-3f) /* [windows] without a fault or its line */
+#define REARM DRIVE_WINDOWS(20e-3f) /* [windows] without a fault and without the fault line */
 
 #define OVERCURRENT fault_set_of(FAULT_OVERCURRENT)
 #define LATE        fault_set_of(FAULT_LATE)
-#define WARM        fault_set_of(FAULT_SINK_WARM) /* any row: its meaning does not matter */
-#define BOTH        fault_set_both(OVERCURRENT, LATE)
-#define NOTHING     fault_set_none()
+/* An arbitrary row of the warnings; its meaning does not matter here. */
+#define WARM    fault_set_of(FAULT_SINK_WARM)
+#define BOTH    fault_set_both(OVERCURRENT, LATE)
+#define NOTHING fault_set_none()
 
 #define STOP_WINDOWS 50u
 #define RETRIES      2u
@@ -25,23 +27,23 @@ static struct {
     fault_set_t faults, stops;
     calibration_t calibration;
 } input;
-static uint32_t order; /* of the last window */
+static uint32_t order; /* order of the last window */
 
 #define OFF   UINT32_C(0)
 #define ON    SEQUENCE_ON
 #define BEGIN SEQUENCE_BEGIN
 
-/* The state that the state machine must detect, for each quantity that shows it. */
+/* The state that the state machine must have, in each of the quantities that show it. */
 static struct {
     bool fault_line, tripped, undervoltage, feeding, standing, not_enabled, brake_free;
 } is;
 static measured_t measured;
-static bridge_t bridge; /* as the fast task has it */
+static bridge_t bridge; /* state of the bridge in the fast task */
 
 #define UNDERVOLTAGE 200.0f                        /* [V] */
-#define FEEDING      (0.02f * DRIVE_CURRENT_RANGE) /* [A] more than offsets and noise, with no gate on */
+#define FEEDING      (0.02f * DRIVE_CURRENT_RANGE) /* [A] more than offsets and noise, while no gate is on */
 
-/* Without a fault and without a request; the rotor turns. */
+/* No fault and no request; the rotor turns. */
 void setUp(void)
 {
     memset(&sequence, 0x55, sizeof sequence);
@@ -90,14 +92,15 @@ static inline void go(uint32_t windows, drive_state_t state, uint32_t expected)
     TEST_ASSERT_EQUAL_HEX32(expected, order);
 }
 
-/* The same with this value of `enable`. */
+/* Sets `enable` to this value and runs this number of windows, after which the state machine must be in
+ * this state and give this order. */
 static inline void wish(int32_t enable, uint32_t windows, drive_state_t state, uint32_t expected)
 {
     requests.enable = enable;
     go(windows, state, expected);
 }
 
-/* In fault, by this reason. */
+/* The state must be fault, with this reason. */
 static inline void expect_fault(int32_t reason)
 {
     expect_state(DRIVE_FAULT);
@@ -110,7 +113,7 @@ static inline void go_to_fault(uint32_t windows, int32_t reason)
     expect_fault(reason);
 }
 
-/* Whether ready or not, `enable` is refused with this reason. */
+/* `enable` must be refused with this reason, in the state ready and before it. */
 static inline void expect_refusal(int32_t enable, int32_t reason)
 {
     requests.enable = enable;
@@ -126,7 +129,7 @@ static inline void bring_to_ready(void)
     input.calibration = CALIBRATION_GOES_ON;
 }
 
-/* From the start, through the states before it. */
+/* Leads into this state from the start, through the states before it. */
 static inline void from(drive_state_t state)
 {
     setUp();
@@ -155,7 +158,7 @@ static inline void from(drive_state_t state)
 
 #define STATES ((int32_t)DRIVE_FAULT + 1)
 
-/* A request of one window. */
+/* A request that lasts for one window. */
 static inline void reset_edge(void)
 {
     requests.fault_reset = 0;

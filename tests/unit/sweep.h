@@ -1,6 +1,6 @@
-/* A sweep over a function's arguments visits every point on the host, every seventh under the sanitizers, and
- * every SWEEP-th on a simulated target, where a point takes a thousand times as long: on the one with an FPU
- * every 499th, on the other one every 4999th. */
+/* A sweep visits the values of a function's arguments in steps of SWEEP. The step is 1 on the host and 7
+ * under the sanitizers. On a simulated target, where a point takes a thousand times as long, it is 499
+ * with an FPU and 4999 without one. */
 #ifndef TESTS_UNIT_SWEEP_H
 #define TESTS_UNIT_SWEEP_H
 
@@ -8,8 +8,8 @@
 #define SWEEP 1
 #endif
 
-/* Of a loop with few but long points the sanitizers and the target with an FPU visit every seventh, the other
- * target every 29th; with many long ones the sanitizers visit every 49th. */
+/* SWEEP_FEW is the step of a loop with few but long points: 7 under the sanitizers and on the target with
+ * an FPU, 29 on the other target. SWEEP_LONG, for many long points, is 49 under the sanitizers. */
 #define SWEEP_FEW  (SWEEP == 1 ? 1 : SWEEP < 1000 ? 7 : 29)
 #define SWEEP_LONG (SWEEP == 7 ? 49 : SWEEP)
 

@@ -1,5 +1,5 @@
-/* Text by windows, numbers as text, and the description of a small table. tests/line tests that a calibration
- * tool reads the whole description of the drive. */
+/* Text that is read in windows, numbers as text, and the description of a small table. tests/line tests
+ * that a calibration tool can read the whole description of the drive. */
 #include "talk/a2l.h"
 
 #include <stdlib.h>
@@ -56,7 +56,7 @@ static void test_floats_read_back_as_they_were(void)
     }
 }
 
-/* Over all exponents, against the C library's reader; and never longer than its nine digits. */
+/* Tested over all exponents with the reader of the C library; the text never has more than nine digits. */
 static void test_every_float_is_as_short_as_it_reads_back(void)
 {
     uint32_t bits = 1u;
@@ -64,11 +64,11 @@ static void test_every_float_is_as_short_as_it_reads_back(void)
         bits = bits * UINT32_C(1664525) + UINT32_C(1013904223);
         const float value = float_of_bits(bits & UINT32_C(0x7FFFFFFF));
         if ((bits >> 23 & 0xFFu) == 0xFFu) {
-            continue; /* not finite */
+            continue; /* this bit pattern is no finite number */
         }
         const char *shortest = float_text(value);
         TEST_ASSERT_EQUAL_HEX32(float_bits(value), float_bits(strtof(shortest, NULL)));
-        for (int digits = 1; digits < 9; digits++) { /* no shorter one is sufficient */
+        for (int digits = 1; digits < 9; digits++) { /* fewer digits must not be sufficient */
             char shorter[32];
             uint32_t length = 0u;
             for (const char *c = shortest; *c != '\0' && *c != 'e'; c++) {
@@ -126,8 +126,8 @@ static void write_event(text_t *text)
 static const a2l_t a2l = {
     tables, 2u, UINT32_C(0x01234567), {125000u, 115200u, write_event}, {1u, 0x1cu, 0x0cu}};
 
-/* By ASAM MCD-1 XCP 1.0, part 2: the blocks in their order, names and numbers of enumerations, codes of
- * commands. */
+/* The grammar by ASAM MCD-1 XCP 1.0, part 2: the blocks in their order, names and numbers of enumerations,
+ * codes of commands. */
 static const char expected_grammar[] =
     "ASAP2_VERSION 1 61\n"
     "/begin PROJECT lagless \"\"\n"
@@ -194,7 +194,8 @@ static const char expected_head[] =
     "    /begin RECORD_LAYOUT RL.SLONG FNC_VALUES 1 SLONG COLUMN_DIR DIRECT /end RECORD_LAYOUT\n"
     "    /begin RECORD_LAYOUT RL.ULONG FNC_VALUES 1 ULONG COLUMN_DIR DIRECT /end RECORD_LAYOUT\n";
 
-/* Of docs/serial.md: 64 and 128 octets, two lists, entries of 4 octets; 8 kHz are 125 us, one octet. */
+/* The protocol by docs/serial.md: 64 and 128 octets, two lists, entries of 4 octets; 8 kHz are 125 us, one
+ * octet. */
 static const char expected_protocol[] =
     "    /begin IF_DATA XCP\n"
     "      /begin PROTOCOL_LAYER 0x0100 1000 1000 1000 1000 1000 1000 1 64 128 BYTE_ORDER_MSB_LAST "
@@ -246,7 +247,7 @@ static const char expected_rows[] =
     "  /end MODULE\n"
     "/end PROJECT\n";
 
-static char expected[8192]; /* the whole text; standard C has no literals of that length */
+static char expected[8192]; /* the whole text, because standard C has no literals of this length */
 
 static const char *whole(const char *serial)
 {
@@ -304,7 +305,7 @@ static void test_beyond_its_end_nothing_is_written_and_all_is_counted(void)
     text = text_window(length, 63u, octets);
     a2l_write(&a2l, &place, &text);
     TEST_ASSERT_EQUAL_UINT32(length, text.at);
-    text = text_window(UINT32_MAX - 10u, 63u, octets); /* its end would wrap */
+    text = text_window(UINT32_MAX - 10u, 63u, octets); /* the end of this window would exceed 32 bits */
     a2l_write(&a2l, &place, &text);
     TEST_ASSERT_EQUAL_HEX16(0xFFFF, octets[0]);
 }

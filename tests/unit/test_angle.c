@@ -1,17 +1,17 @@
-/* The oracle is remainder() in double precision, reduced with pi to more digits than double has: k * PI_REST
- * corrects what k * PI drops. */
+/* The expected values come from remainder() in double precision. To have more digits of pi than a double,
+ * k * PI_REST corrects the error of k * PI. */
 #include "math/angle.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 
 static const double PI_REST = 1.2246467991473532e-16;
 
-/* The error limit consists of the result's own rounding (2^-23 for numbers from 2 to 4, half of it by
- * rounding), the product with the small part of 2 pi (1e-9), and one step of a float where the end of the
- * range is not a float. */
+/* The limit of the error is the sum of three parts: half of 2^-23, the rounding of a result between 2 and
+ * 4; 1e-9 for the product with the small part of 2 pi; and one step of a float, because the ends of the
+ * range are not floats. */
 #define TOLERANCE 4e-7
 
-/* Distance on the circle between wrap(angle) and the angle itself [rad]. */
+/* The distance on the circle between wrap(angle) and the angle itself [rad]. */
 static double error_of(float angle)
 {
     double difference = (double)angle - (double)angle_wrap(angle);
@@ -85,7 +85,7 @@ static void test_limit_of_the_range_below_at_above(void)
     TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, error_of(nextafterf(ANGLE_WRAP_LIMIT, 0.0f)));
     TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, error_of(ANGLE_WRAP_LIMIT));
     TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, error_of(-ANGLE_WRAP_LIMIT));
-    /* 1e4 = 1591 turns + 3.452..., so that 0 is not its wrapped value. */
+    /* 1e4 = 1591 turns + 3.452..., so that its wrapped value is not 0. */
     TEST_ASSERT_TRUE(fabsf(angle_wrap(ANGLE_WRAP_LIMIT)) > 1.0f);
     TEST_ASSERT_TRUE(angle_wrap(nextafterf(ANGLE_WRAP_LIMIT, 20000.0f)) == 0.0f);
     TEST_ASSERT_TRUE(angle_wrap(-nextafterf(ANGLE_WRAP_LIMIT, 20000.0f)) == 0.0f);

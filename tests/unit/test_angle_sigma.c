@@ -1,5 +1,5 @@
-/* Each contribution to the uncertainty of the angle alone, against algebra in double precision: the others
- * are made zero by their data. */
+/* Each contribution to the uncertainty of the angle is tested alone, with expected values from algebra in
+ * double precision: the data of the test make the other contributions zero. */
 #include "medium/adapt/angle_sigma.h"
 #include "tests/unit/vectors.h"
 
@@ -26,7 +26,7 @@ static const angle_sigma_params_t PARAMS = {
 
 static angle_sigma_t sigma;
 
-/* An EMF of 100 V at 500 rad/s, i_q of 4 A, no dead time, all learnt as well as it can be. */
+/* An EMF of 100 V at 500 rad/s, i_q of 4 A, no dead time, and all values learnt as accurately as possible. */
 static angle_sigma_input_t learnt(void)
 {
     return (angle_sigma_input_t){.amplitude = 100.0f,
@@ -45,7 +45,8 @@ static double stated(const angle_sigma_params_t *params, const angle_sigma_input
     return (double)sigma.sigma;
 }
 
-/* Root of the sum of the squares of this contribution, the gain of the sensors, and the least. */
+/* The root of the sum of the squares of this contribution, of the gain of the sensors, and of the smallest
+ * uncertainty. */
 static double with_gain(double contribution, double omega, double current)
 {
     const double gain = (double)ANGLE_SIGMA_GAIN * omega * 0.02 * current / 100.0;
@@ -73,7 +74,7 @@ static void test_a_resistance_that_is_not_learnt_counts_with_i_d_only(void)
 {
     angle_sigma_params_t params = PARAMS;
     angle_sigma_input_t input = learnt();
-    input.omega_e = 0.0f; /* no reactance */
+    input.omega_e = 0.0f; /* without a reactance */
     input.resistance_rate = 2.0f;
     const double first = 0.1 * 0.1 + pow((double)ANGLE_SIGMA_R_LEARNT, 2.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, with_gain(0.0, 0.0, 0.0), stated(&params, &input));
@@ -96,13 +97,13 @@ static void test_the_first_error_falls_with_the_sixth_power_of_the_rate_and_the_
     }
 }
 
-/* The sixth harmonic of the sawtooth that the loss of the legs leaves across the current: 12/35 of its
- * amplitude; the loop follows it with the gain of a first-order low-pass at k_p. */
+/* The loss of the legs leaves a sawtooth across the current. Its sixth harmonic is 12/35 of its amplitude,
+ * and the loop follows it with the gain of a first-order low-pass at k_p. */
 static void test_the_loss_of_the_legs_acts_along_the_current_and_with_its_sawtooth_across(void)
 {
     angle_sigma_params_t params = PARAMS;
     params.leg_rate = 0.0f;
-    params.inductance_d = 1.0f; /* no ripple */
+    params.inductance_d = 1.0f; /* so large that there is no ripple */
     angle_sigma_input_t input = learnt();
     input.link = 320.0f; /* a dead band of 8 V */
     const double volt = 0.1 * 8.0 * 4.0 / PI;
@@ -124,7 +125,7 @@ static void test_where_the_ripple_exceeds_the_current_the_loss_of_the_legs_is_un
 {
     angle_sigma_input_t input = learnt();
     input.current = (dq_t){0.01f, 0.0f};
-    input.link = 311.0f; /* a ripple of 311 V 100 us/(8 12.5 mH) = 0.31 A */
+    input.link = 311.0f; /* ripple of 311 V x 100 us/(8 x 12.5 mH) = 0.31 A */
     const double of_v = hypot((double)ANGLE_SIGMA_V_RIPPLE, sqrt(0.1) * (double)ANGLE_SIGMA_V_LEARNT);
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * of_v * 0.025 * 311.0 * 4.0 / PI / 100.0,
                               with_gain(of_v * 0.025 * 311.0 * 4.0 / PI / 100.0, 500.0, 0.01),

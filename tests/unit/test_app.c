@@ -1,5 +1,6 @@
-/* The application above a board that records its calls: the start and a start that fails, the registers
- * that change with the parameters, and that the interrupt never uses an incomplete change. */
+/* The application above a board that records its calls. The tests check the start, a start that fails, and
+ * the registers that change with the parameters. They also check that the interrupt never uses an
+ * incomplete change. */
 #include "app/app.h"
 #include "settings/reasons.h"
 #include "tests/unit/compare.h"
@@ -8,24 +9,23 @@
 
 static char asked[512];
 static hal_config_t config;
-static hal_status_t status;      /* what hal_init says */
-static hal_samples_t conversion; /* what hal_read gives */
+static hal_status_t status;      /* the result of hal_init */
+static hal_samples_t conversion; /* the samples that hal_read returns */
 static bool interrupts_on;
-static bool interrupts_wrong; /* off twice, or on twice */
+static bool interrupts_wrong; /* interrupts were disabled twice or enabled twice */
 static uint32_t dead_band, encoder_max;
 static uint32_t fed;
 static bool output_chopper, output_brake;
 static bool led_run, led_fault;
 static bool output_chopper, output_brake;
 static bool medium_requested;
-static uint32_t cycles; /* the free-running timer, */
-static uint32_t
-    cycles_per_call; /* and the time that passes with each of its readings, and with that of the sample */
+static uint32_t cycles;          /* free-running timer */
+static uint32_t cycles_per_call; /* [cycles] that pass with each reading of the timer and of the sample */
 
 static app_t the_app;
 static params_error_t why;
-static drive_t seen;      /* the drive in the state that an interrupt would read */
-static bool bridge_comes; /* with the interrupt just before interrupts are disabled again */
+static drive_t seen;      /* copy of the drive as an interrupt would read it */
+static bool bridge_comes; /* the bridge turns on in the interrupt just before interrupts are disabled again */
 
 static void ask(const char *what)
 {
@@ -61,7 +61,7 @@ void hal_write_compare(uint16_t a, uint16_t b, uint16_t c)
     ask("compare ");
 }
 
-/* What is only written down. */
+/* Functions whose calls are only recorded. */
 #define NOTED(function, what)                                                                                \
     void function(void)                                                                                      \
     {                                                                                                        \
@@ -128,7 +128,7 @@ void hal_leds(bool run, bool fault)
     led_fault = fault;
 }
 
-/* Nobody is on the line. */
+/* No client is connected to the line. */
 uint32_t hal_serial_read(uint16_t *octets, uint32_t room)
 {
     (void)octets;
@@ -158,7 +158,7 @@ void hal_serial_baud(uint32_t baud)
     (void)baud;
 }
 
-/* ---- memory that stays ---- */
+/* ---- the store ---- */
 
 static uint16_t stored[HAL_STORE_PAGES][HAL_STORE_WORDS];
 static bool store_refuses;
@@ -185,8 +185,8 @@ bool hal_store_program(uint32_t page, uint32_t at, const uint16_t *words, uint32
     return !store_refuses;
 }
 
-/* True if a value has changed that an interrupt would have read. An interrupt does not read a tuning that is
- * not offered. */
+/* Returns true if a value has changed that an interrupt would have read. An interrupt reads the new tuning
+ * only after the background has set the flag `offered`. */
 static bool changed(void)
 {
     static drive_t now;
@@ -254,7 +254,7 @@ static void given_bridge_on(void)
     from_here();
 }
 
-/* One interrupt of the sample, with the medium task where it follows. */
+/* One sample interrupt, followed by the medium task if it is due. */
 static void sample(void)
 {
     medium_requested = false;
@@ -265,7 +265,7 @@ static void sample(void)
     seen = app->drive;
 }
 
-/* To the end of a window. */
+/* Runs the interrupts to the end of a window. */
 static void interrupt(void)
 {
     do {
@@ -278,7 +278,7 @@ static void apply(void)
     TEST_ASSERT_TRUE(app_apply(&why));
 }
 
-/* More than once round its list. */
+/* Runs the background through its list more than once. */
 static void background(void)
 {
     for (int n = 0; n < 12; n++) {
@@ -300,7 +300,8 @@ void setUp(void)
     start(HAL_OK);
 }
 
-/* For every action on a board that has started: no interrupt has seen it half done, and interrupts are on. */
+/* After every action on a board that has started: no interrupt has seen an incomplete change, and
+ * interrupts are enabled. */
 void tearDown(void)
 {
     TEST_ASSERT_FALSE(status == HAL_OK && (interrupts_wrong || !interrupts_on));
@@ -320,8 +321,8 @@ static void test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watc
     TEST_ASSERT_TRUE(config.on_serial == app_serial);
 }
 
-/* The drive is in fault and reports why; the watchdog is left alone, since no interrupt comes that it could
- * watch, and a reset would end in the same. */
+/* The drive is in fault and reports the reason. The watchdog is not started: no interrupt occurs that it
+ * could watch, and after a reset the start would fail again. */
 static void test_a_start_that_fails_is_a_fault_and_starts_no_watchdog(void)
 {
     static const hal_status_t failures[] = {HAL_CLOCK_MISSING, HAL_PLL_UNLOCKED, HAL_BAD_CONFIG,
@@ -369,7 +370,8 @@ static void test_the_interrupt_reads_first_and_acknowledges_last(void)
     TEST_ASSERT_EQUAL_STRING("end-of-trip ", asked);
 }
 
-/* From the entry, so that the reading is in it; over the end of the timer's range; the longest one stays. */
+/* The duration is measured from the entry, so that the reading is included; also across the end of the
+ * timer's range. The longest duration is kept. */
 static void test_each_task_notes_its_last_and_its_longest_duration(void)
 {
     static const uint32_t steps[] = {40u, 700u, 5u};
@@ -416,7 +418,7 @@ static void test_while_the_bridge_is_on_the_registers_stay(void)
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 }
 
-/* Refused for this row: the drive, its registers and the active set are those of before. */
+/* The set is refused because of this parameter: the drive, its registers and the active set are unchanged. */
 static void expect_refused(const char *field, int32_t reason)
 {
     static drive_t before;
@@ -432,7 +434,8 @@ static void expect_refused(const char *field, int32_t reason)
     TEST_ASSERT_NULL(strstr(asked, "dead-band"));
 }
 
-/* Out of its range, against the present request, and what changes only with the bridge off. */
+/* The refused sets have a value outside its range, violate the present request, or change a parameter that
+ * may change only while the bridge is off. */
 static void test_a_bad_set_is_refused_and_changes_nothing(void)
 {
     app->staged.encoder_lines = 1024;
@@ -521,7 +524,8 @@ static void background_offers(bool offers)
     TEST_ASSERT_EQUAL_UINT32(offers ? 1u : 0u, app->drive.offered);
 }
 
-/* More than a thousandth, and 10 ms since the last tuning. */
+/* A learnt value is offered if it differs by more than a thousandth and 10 ms have passed since the last
+ * tuning. */
 static void test_what_is_learnt_is_offered_where_it_has_moved(void)
 {
     background();
@@ -533,7 +537,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     background_offers(true);
     expect_offered(1.1f);
     interrupt();
-    sample(); /* a window begins with it */
+    sample(); /* a window begins with this sample */
     expect_share(1.1f, app->drive.fast.current_control.inductance_q);
     learnt(1.2f);
     background_offers(false);
@@ -542,7 +546,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     expect_offered(1.2f);
 }
 
-/* The observer would oscillate: its slope changes with L, but its resistance does not. */
+/* With this L the observer would oscillate: its slope changes with L, but its resistance does not. */
 static void test_what_the_drive_cannot_run_on_is_not_assumed(void)
 {
     app->staged.motor_resistance = 40.0f;
@@ -556,7 +560,7 @@ static void test_what_the_drive_cannot_run_on_is_not_assumed(void)
     expect_offered(1.0f);
 }
 
-/* A set with the same L keeps the learnt value; a set with another L begins with that value, also while the
+/* A set with the same L keeps the learnt value; a set with another L begins with that L, even while the
  * background still has the value that was learnt before. */
 static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void)
 {
@@ -584,7 +588,8 @@ static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void
     background_offers(false);
 }
 
-/* The speed control's gains change with J at once; so does the torque feed-forward of the tracking loop. */
+/* The gains of the speed control change with J at once, and so does the torque feed-forward of the
+ * tracking loop. */
 static void test_learnt_inertia_goes_into_gains_and_torque(void)
 {
     app->staged.inertia_adaptation = INERTIA_ON;
@@ -603,7 +608,7 @@ static void test_learnt_inertia_goes_into_gains_and_torque(void)
     periods(1000u);
     background();
     interrupt();
-    sample(); /* a window begins with it */
+    sample(); /* a window begins with this sample */
     TEST_ASSERT_FLOAT_WITHIN(1e-5f * kp, 1.5f * kp, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 #ifndef LAGLESS_ESTIMATOR_FIXED
     TEST_ASSERT_FLOAT_WITHIN(1e-5f * told, told / 1.5f, app->drive.fast.estimator.tracker.torque_feedforward);
@@ -620,12 +625,12 @@ static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
     learnt(1.1f);
     background();
     interrupt();
-    sample(); /* a window begins with it */
+    sample(); /* a window begins with this sample */
     expect_share(1.1f, app->drive.fast.current_control.inductance_q);
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 }
 
-/* ---- parameters that stay ---- */
+/* ---- stored parameters ---- */
 
 static void expect_order(order_t order, int32_t refusal, uint32_t row)
 {
@@ -635,14 +640,15 @@ static void expect_order(order_t order, int32_t refusal, uint32_t row)
     TEST_ASSERT_EQUAL(refusal == REASON_NONE, obeyed);
 }
 
-/* A motor that is not the default's, applied and saved. */
+/* A motor that differs from the default one is applied and saved. */
 static params_t given_saved(void)
 {
     app->staged.motor_resistance = 0.5f;
     app->staged.motor_pole_pairs = 3;
     app->staged.observer_gain = 300.0f;
     apply();
-    app->staged.motor_resistance = 0.25f; /* only staged it was never judged, and is not saved */
+    /* This value is only staged and was never checked, so that it must not be saved. */
+    app->staged.motor_resistance = 0.25f;
     expect_order(ORDER_SAVE, REASON_NONE, 0u);
     return app->active;
 }
@@ -703,7 +709,8 @@ static void test_saving_is_refused_by_memory_that_takes_nothing_and_while_the_br
     TEST_ASSERT_FALSE(stored_with_bridge_on);
 }
 
-/* No fault: the drive may run on its defaults. Nothing is written into foreign data before it is erased. */
+/* A store of another program is no fault: the drive may run with its defaults. Nothing is written over
+ * foreign data before they are erased. */
 static void test_a_store_of_another_program_runs_the_defaults_until_it_is_erased(void)
 {
     params_t usual;
@@ -747,7 +754,7 @@ static void test_a_corrupt_store_runs_the_defaults_behind_a_latched_fault(void)
     TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
 }
 
-/* Each value alone is valid, and so is the record: as after an update with other rules. */
+/* Each value alone is valid, and the record is valid too. This can occur after an update with other rules. */
 static void test_a_stored_set_that_breaks_a_rule_runs_the_defaults_behind_a_latched_fault(void)
 {
     app->active.current_limit = 10.0f;
@@ -780,14 +787,14 @@ static void test_a_capture_is_armed_triggered_read_and_released(void)
     put(1911u, CAPTURE_ON_COMMAND);
     put(1914u, 2u);
     put(1915u, 2u);
-    put(1916u, 2000u); /* period */
+    put(1916u, 2000u); /* the row `period` */
     put(1917u, 2001u);
     expect_order(ORDER_CAPTURE_ARM, REASON_NONE, 0u);
     for (int n = 0; n < 10; n++) {
         sample();
     }
     from_here();
-    TEST_ASSERT_FALSE(capturing_slot(0u, &bits)); /* it is not held */
+    TEST_ASSERT_FALSE(capturing_slot(0u, &bits)); /* the capture is not held */
     expect_order(ORDER_CAPTURE_TRIGGER, REASON_NONE, 0u);
     const uint32_t at = app->drive.fast.period;
     TEST_ASSERT_EQUAL_INT32(CAPTURE_TRIGGERED, app->services.capture_state);
@@ -813,10 +820,10 @@ static void test_a_capture_is_armed_triggered_read_and_released(void)
 static void test_a_capture_that_cannot_be_armed_names_the_row(void)
 {
     const capture_t before = app->drive.capture;
-    put(1920u, 2999u); /* no such signal */
+    put(1920u, 2999u); /* no signal has this id */
     expect_order(ORDER_CAPTURE_ARM, REASON_UNKNOWN_ID, 1920u);
     put(1920u, 2000u);
-    put(1914u, 341u); /* of twelve columns 341 periods fit */
+    put(1914u, 341u); /* with twelve columns 341 periods fit */
     expect_order(ORDER_CAPTURE_ARM, REASON_CROSS_RULE, 1914u);
     put(1914u, 340u);
     put(1911u, CAPTURE_ON_ABOVE);

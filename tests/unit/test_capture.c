@@ -1,5 +1,5 @@
-/* A struct of twenty slots of every kind, described by a table; with values that make the row of each period
- * different from every other row. */
+/* The captured struct has twenty slots of every kind, described by a table. Its values differ in each
+ * period, so that each row can be identified. */
 #include "contract/capture.h"
 
 #include "math/float_bits.h"
@@ -29,7 +29,7 @@ static const capture_wish_t usual = {
     .columns = 12u,
     .id = {2015, 2000, 2007, 2003, 2014, 2001, 2010, 2002, 2012, 2005, 2004, 2008},
 };
-#define USUAL_PERIODS 341u /* 4096 / 12 */
+#define USUAL_PERIODS 341u /* [periods] 4096 / 12 */
 
 static capture_t capture;
 static capture_tuning_t default_tuning;
@@ -59,7 +59,7 @@ void setUp(void)
     capture_init(&capture, &default_tuning);
 }
 
-/* Every slot of every period differs from every other. */
+/* Every slot in every period has another value. */
 static uint32_t value_of(uint32_t when, uint32_t slot)
 {
     return (when * SLOTS + slot) * UINT32_C(2654435761);
@@ -87,7 +87,7 @@ static void arm(const capture_wish_t *wish)
     capture_arm(&capture, &tuning);
 }
 
-/* Whole rows of these ids, without a gap, from the period first to last. */
+/* The record contains whole rows of these ids, without a gap, from the period `first` to `last`. */
 static void expect_rows(const uint32_t *id, uint32_t columns, uint32_t first, uint32_t last)
 {
     TEST_ASSERT_EQUAL_UINT32(columns, capture.tuning.columns);
@@ -108,7 +108,8 @@ static void expect_state(capture_state_t state)
 
 /* ---- the ring ---- */
 
-/* The last periods, in their order: all of the room is used, around the ring's end too. */
+/* The record has the last periods in their order and uses the whole memory, also across the end of the
+ * ring buffer. */
 static void test_each_number_of_columns_uses_the_whole_ring(void)
 {
     for (uint32_t columns = 1; columns <= CAPTURE_COLUMNS; columns++) {
@@ -131,7 +132,8 @@ static void test_each_number_of_columns_uses_the_whole_ring(void)
 
 /* ---- a fault ---- */
 
-/* Within a step, before its row, or between two: the newest period is that of the fault. */
+/* The fault occurs within a step, before its row is stored, or between two steps: the newest period is
+ * that of the fault. */
 static void test_fault_holds_with_its_own_period_the_newest(void)
 {
     for (uint32_t within = 0; within < 2u; within++) {
@@ -175,7 +177,7 @@ static void test_a_fault_triggers_with_any_trigger(void)
         capture_trigger(&capture, period);
         expect_state(CAPTURE_HELD);
         capture_trigger(&capture, period + 1u);
-        TEST_ASSERT_EQUAL_UINT32(period, capture.at); /* the first one counts */
+        TEST_ASSERT_EQUAL_UINT32(period, capture.at); /* the first one is stored */
     }
 }
 
@@ -204,13 +206,13 @@ static capture_wish_t on_speed(int32_t on, float level)
     return wish;
 }
 
-/* The trigger is not at the level itself, but in the first period beyond it. A signal that is beyond the
- * level from the start must return first. A value that is not a number does not exceed any level. */
+/* The trigger is not at the level itself but in the first period beyond it. A signal that is beyond the
+ * level from the start must return first. A value that is not a number exceeds no level. */
 static void test_value_that_passes_its_level_triggers_with_its_period(void)
 {
     static const struct {
         int32_t on;
-        float level, speeds[4]; /* the last one triggers */
+        float level, speeds[4]; /* the last speed triggers */
     } cases[] = {{CAPTURE_ON_ABOVE, 10.0f, {8.0f, 9.0f, 10.0f, 10.000001f}},
                  {CAPTURE_ON_BELOW, -2.5f, {4.0f, 3.0f, -2.5f, -2.75f}},
                  {CAPTURE_ON_ABOVE, 10.0f, {11.0f, 12.0f, 9.0f, 11.0f}},
@@ -248,14 +250,14 @@ static void test_edge_is_followed_by_the_requested_number_of_periods(void)
     expect_rows(usual.id, 8u, 1001u + 256u - 511u, 1001u + 256u);
 }
 
-/* The sign bit of an int, the upper half of a uint. */
+/* The tested values include the sign bit of an int and the upper half of a uint. */
 static void test_whole_values_trigger_by_their_own_kind(void)
 {
     static const struct {
         int32_t on;
         uint32_t source;
         float level;
-        uint32_t before, beyond; /* bits of the slot */
+        uint32_t before, beyond; /* bits of the slot before and beyond the level */
     } cases[] = {{CAPTURE_ON_BELOW, 2103u, -1.5f, UINT32_MAX, UINT32_MAX - 1u},
                  {CAPTURE_ON_ABOVE, 2102u, 3e9f, UINT32_C(2900000000), UINT32_C(3100000000)},
                  {CAPTURE_ON_ABOVE, 2101u, 4.5f, 4u, 5u}};
@@ -347,6 +349,6 @@ static void test_what_a_request_does_not_use_may_be_anything(void)
     steps(1000u);
     capture_trigger(&capture, period);
     steps(1000u);
-    expect_rows(usual.id, 11u, 1000u, 1340u); /* the trigger's own is the oldest */
+    expect_rows(usual.id, 11u, 1000u, 1340u); /* the period of the trigger is the oldest */
     TEST_ASSERT_EQUAL_UINT32(1000u, capture.at);
 }

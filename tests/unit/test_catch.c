@@ -1,16 +1,16 @@
-/* The catch on an EMF of known course: e = j omega psi_f exp(j theta). */
+/* The catch with an EMF of known course: e = j omega psi_f exp(j theta). */
 #include "fast/reference/catch.h"
 #include "tests/unit/vectors.h"
 
 #define T         1e-4
 #define PSI       0.183
 #define SPEED_MIN 6.0   /* [rad/s] */
-#define WHOLE     200u  /* [periods] */
-#define LINK      1e4f  /* [V] more than any EMF here */
-#define EMF       600.0 /* [rad/s] cutoff of the EMF in its own frame */
-#define SETTLED   40u   /* [periods] 4 ms: the speed is assumed */
-#define SURE      100u  /* [periods] 10 ms */
-#define FAST      500.0 /* [rad/s] the turn of the EMF shows the speed from 0.6 ms on */
+#define WHOLE     200u  /* [periods] longest duration of a catch, 20 ms */
+#define LINK      1e4f  /* [V] more than any EMF in this test */
+#define EMF       600.0 /* [rad/s] cutoff of the EMF's low-pass in its own frame */
+#define SETTLED   40u   /* [periods] 4 ms: the speed is first assumed */
+#define SURE      100u  /* [periods] 10 ms: a catch may end */
+#define FAST      500.0 /* [rad/s] from this speed on the rotation of the EMF shows the speed after 0.6 ms */
 #define EARLY     6u    /* [periods] 0.6 ms */
 
 static catch_t catching;
@@ -43,11 +43,11 @@ static catch_outcome_t step(double complex emf, float voltage_max)
 typedef struct {
     catch_outcome_t outcome;
     uint32_t periods;
-    double complex emf; /* of the last period */
-    double theta;       /* the same */
+    double complex emf; /* EMF of the last period */
+    double theta;       /* angle of the last period */
 } caught_t;
 
-/* A whole catch of a rotor with this speed, with an additional constant error of the voltage. */
+/* Runs a whole catch of a rotor at this speed, with an additional constant error of the voltage. */
 static caught_t catch_of(double omega, double theta_start, double complex error)
 {
     caught_t caught = {CATCH_GOES_ON, 0u, 0.0, 0.0};
@@ -61,8 +61,8 @@ static caught_t catch_of(double omega, double theta_start, double complex error)
     return caught;
 }
 
-/* The error of the first speed [rad/s], from the series of an arc. A sixth of it is left at the end of a
- * catch, and decreases with 300 rad/s. */
+/* The error of the first speed [rad/s], from the power series of an arc. A sixth of it is left at the end
+ * of a catch, and it decreases at 300 rad/s. */
 static double error_of_series(double omega)
 {
     const double sine = sin(omega * T);
@@ -71,8 +71,8 @@ static double error_of_series(double omega)
     return fabs(omega) > FAST ? fabs(arc / T - omega) : 0.0;
 }
 
-/* The low-pass of the EMF begins at zero, as if it had been -e exp(-(w_c + j omega) t) more until then: of
- * that exp(-3) is left after 10 ms. Otherwise its lag is subtracted exactly. */
+/* The low-pass of the EMF begins at zero, which adds an error of -e exp(-(w_c + j omega) t); exp(-3) of it
+ * is left after 10 ms. Apart from this error the lag of the low-pass is subtracted exactly. */
 static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
 {
     static const double speeds[] = {8.0, 12.0, 32.0, 100.0, 300.0, 1000.0, 3000.0, 5000.0};
@@ -93,7 +93,8 @@ static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
     }
 }
 
-/* At once after 10 ms if it has turned by 1 rad since 4 ms, else as soon as it has, or after 20 ms. */
+/* The catch ends after 10 ms if the rotor has turned by at least 1 rad between 4 ms and 10 ms. Otherwise
+ * it ends as soon as the rotor has turned by 1 rad since 4 ms, or after 20 ms. */
 static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
 {
     static const double speeds[] = {2000.0, 500.0, 220.0, 150.0, 100.0, 60.0, 20.0};
@@ -111,9 +112,9 @@ static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
     }
 }
 
-/* An observer that begins at zero lacks exp(-t/0.4 ms) of the EMF: 0.7 % after 2 ms, and from then on less
- * than a catch can measure; the slip has taken part of it for psi_f, and gives it back. A fast rotor is
- * caught after 10 ms, a slow one after 20. */
+/* An observer that begins at zero lacks exp(-t/0.4 ms) of the EMF: 0.7 % after 2 ms, and later less than a
+ * catch can measure. At first the loop explains a part of this lack by an error of psi_f, which it
+ * corrects later. A fast rotor is caught after 10 ms, a slow one after 20 ms. */
 static void test_a_settling_observer_does_not_reduce_the_speed(void)
 {
     static const double speeds[] = {500.0, 20.0};
@@ -133,10 +134,10 @@ static void test_a_settling_observer_does_not_reduce_the_speed(void)
     }
 }
 
-/* The error of the speed [rad/s] that the slip leaves if the length is wrong by `share`: the phase phi
- * between the EMF and the frame, and the frame's speed, in continuous time from where the speed is first
- * assumed,
- *     phi' = d - w_c phi,  d' = -q^2 sin phi,  q = min(speed - 80, 430 rad/s) or 0, w_c = 600 rad/s */
+/* The error of the speed [rad/s] that the slip leaves if the length of the EMF is wrong by `share`. phi is
+ * the phase between the EMF and the frame, d the error of the frame's speed. In continuous time, from
+ * where the speed is first assumed: phi' = d - w_c phi, d' = -q^2 sin phi, q = min(speed - 80, 430 rad/s)
+ * or 0, w_c = 600 rad/s. */
 static double left_of(double omega, double share, double seconds)
 {
     const double natural = fmin(fmax(fabs(share * omega) - 80.0, 0.0), 430.0);
@@ -150,8 +151,8 @@ static double left_of(double omega, double share, double seconds)
     return missing;
 }
 
-/* psi_f of the motor a third larger than assumed, or a fifth smaller. The slip of a rotor that seems fast is
- * known before the loop begins. */
+/* The psi_f of the motor is a third larger than configured, or a fifth smaller. If a rotor seems fast, the
+ * slip is known before the loop begins. */
 static void test_speed_becomes_that_of_the_turning_whatever_psi_f(void)
 {
     static const double speeds[] = {50.0, 200.0, 531.0, 1000.0};
@@ -172,7 +173,7 @@ static void test_speed_becomes_that_of_the_turning_whatever_psi_f(void)
     }
 }
 
-/* The error of the dead time has a constant direction and does not turn. */
+/* The error of the dead time has a constant direction and does not rotate. */
 static void test_a_constant_voltage_error_is_not_a_rotor(void)
 {
     for (double length = 0.5; length < 200.0; length *= 1.7) {
@@ -185,9 +186,9 @@ static void test_a_constant_voltage_error_is_not_a_rotor(void)
     }
 }
 
-/* A rotor whose EMF is 0.3 of that of the slowest one, plus a voltage of twice this EMF that turns by 0.4
- * rad a period, faster than any rotor. The sum has the length of the EMF of a fast enough rotor, and a
- * direction. */
+/* A rotor with 0.3 of the EMF of the slowest accepted rotor, plus a voltage of twice this EMF that rotates
+ * by 0.4 rad per period, faster than any rotor. The sum has the length of the EMF of a fast enough rotor,
+ * and a direction. */
 static void test_ripple_as_long_as_an_emf_is_no_rotor(void)
 {
     catch_outcome_t outcome = CATCH_GOES_ON;
@@ -208,7 +209,8 @@ static void test_rotor_slower_than_the_least_speed_counts_as_at_standstill(void)
     }
 }
 
-/* 1 ms without a break: ten periods. Where the field can be weakened, the EMF may be longer. */
+/* The EMF must be beyond the link for 1 ms without interruption, ten periods. If field weakening is on, a
+ * longer EMF is accepted. */
 static void test_emf_beyond_the_link_is_reported_within_a_millisecond(void)
 {
     const double omega = 1000.0;
@@ -230,9 +232,10 @@ static void test_emf_beyond_the_link_is_reported_within_a_millisecond(void)
     }
 }
 
-/* The speed of the start until 4 ms, then that of the EMF, within 3e-6 rad of its turn in a period; with its
- * sign. The speed of a fast rotor from 0.6 ms on, for any psi_f. An observer that assumes the speed zero
- * rotates the EMF and changes its length by a constant factor, 1.2 exp(-0.6 j) here; this has no effect. */
+/* Up to 4 ms the reported speed is that of the start; then it is that of the EMF, within 3e-6 rad of its
+ * rotation per period, with its sign. The speed of a fast rotor is known from 0.6 ms on, for any psi_f. An
+ * observer that assumes the speed zero rotates the EMF and changes its length by a constant factor, in
+ * this test 1.2 exp(-0.6 j); this must have no effect. */
 static void test_speed_is_that_of_the_start_until_it_is_seen(void)
 {
     static const struct {
@@ -253,7 +256,7 @@ static void test_speed_is_that_of_the_start_until_it_is_seen(void)
     }
 }
 
-/* It acts on [t_k+1, t_k+2), a period and a half later on the mean. */
+/* The voltage acts on [t_k+1, t_k+2), on average a period and a half later. */
 static void test_voltage_is_the_emf_when_it_acts(void)
 {
     static const double speeds[] = {0.0, 30.0, -400.0, 1500.0, -5000.0, 5000.0};
@@ -267,8 +270,8 @@ static void test_voltage_is_the_emf_when_it_acts(void)
     }
 }
 
-/* No axis is known within the first 4 ms; within 10 ms it is the rotor's d axis, in which a current makes no
- * torque. */
+/* Within the first 4 ms no axis is known. Up to 10 ms it is the rotor's d axis, in which a current makes
+ * no torque. */
 static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_axis_then(void)
 {
     static const double speeds[] = {42.0, 100.0, 628.0};
@@ -290,8 +293,8 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
     }
 }
 
-/* A board with a smaller request along the d axis than the zone needs gets the current that clears the
- * zone. */
+/* If the parameter of the current along the d axis is smaller than the zone of the dead time needs on this
+ * board, the current is the one that clears the zone. */
 static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
 {
     const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, false, 1.0f, (float)T};

@@ -1,4 +1,4 @@
-/* A failed check on the host: it prints a line with the place, and aborts. */
+/* A failed check on the host prints a line with the place, and aborts. */
 #include <setjmp.h>
 #include <signal.h>
 
@@ -22,7 +22,7 @@ static void fails_in_line_1000(int positive)
     CHECK(positive > 0);
 }
 
-/* Returns true if it aborted; `told` has its message. */
+/* Returns true if the check has aborted; `told` contains its message. */
 static bool aborts(int positive)
 {
     volatile bool ended = true;

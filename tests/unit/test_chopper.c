@@ -1,5 +1,5 @@
-/* Brake chopper: a link of C u^2/2 with a resistor, and the heat of a first-order body, both in closed form.
- */
+/* The brake chopper: the energy of the link, C u^2/2, with a resistor, and the temperature of a
+ * first-order body. Both expected values are closed forms. */
 #include "fast/protect/chopper.h"
 #include "medium/protect/chopper_watch.h"
 #include "tests/unit/compare.h"
@@ -8,9 +8,9 @@
 #define RESISTANCE   47.0   /* [ohm] */
 #define CONTINUOUS   200.0  /* [W] */
 #define TIME         10.0   /* [s] */
-#define LOOK         0.8e-3 /* [s] of 8 periods */
+#define LOOK         0.8e-3 /* [s] between two evaluations, 8 periods */
 #define PERIODS      8u
-#define EFFECT_LOOKS 26u /* 20 ms, and the first evaluation, which stores the voltage */
+#define EFFECT_LOOKS 26u /* [evaluations] 20 ms, and the first evaluation, which only stores the voltage */
 
 static chopper_watch_t watch;
 static chopper_watch_tuning_t tuning;
@@ -59,7 +59,8 @@ static void test_without_a_threshold_it_stays_off(void)
     TEST_ASSERT_EQUAL_UINT32(0u, chopper_watch_prepare(&params).on);
 }
 
-/* h(t) = p (1 - exp(-t/tau)) with p the mean power over the continuous one; on for a quarter of the time. */
+/* The heat is h(t) = p (1 - exp(-t/tau)), where p is the mean power over the continuous one; the chopper
+ * is on for a quarter of the time. */
 static void test_the_resistor_warms_as_a_body_of_first_order(void)
 {
     const double p = 0.25 * 370.0 * 370.0 / (RESISTANCE * CONTINUOUS);
@@ -70,14 +71,15 @@ static void test_the_resistor_warms_as_a_body_of_first_order(void)
     }
 }
 
-/* The whole time on: p = 14.6, and h = 1 after tau ln(p/(p - 1)). It cools to 0.8 in tau ln(1/0.8). */
+/* The chopper is always on: p = 14.6, and h = 1 after tau ln(p/(p - 1)). The resistor cools to 0.8 in tau
+ * ln(1/0.8). */
 static void test_an_overloaded_resistor_is_found_and_may_be_used_again_when_it_is_cool(void)
 {
     const double p = 370.0 * 370.0 / (RESISTANCE * CONTINUOUS);
     const double hot = TIME * log(p / (p - 1.0)), cools = TIME * log(1.0 / 0.8);
     uint32_t n = 0u;
     while ((watch.conditions & CHOPPER_OVERLOAD) == 0u && n < 100000u) {
-        look(370.0, PERIODS, -5000.0); /* the motor returns more than the resistor takes */
+        look(370.0, PERIODS, -5000.0); /* [W] the motor returns more than the resistor takes */
         n++;
     }
     TEST_ASSERT_DOUBLE_WITHIN(2.0 * LOOK, hot, n * LOOK);
@@ -88,8 +90,8 @@ static void test_an_overloaded_resistor_is_found_and_may_be_used_again_when_it_i
     TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
 }
 
-/* C du/dt = -u/R + P/u, with one step for each evaluation. Number of looks until the condition; 0: none came.
- */
+/* Integrates C du/dt = -u/R + P/u with one step for each evaluation. Returns the number of evaluations
+ * until the condition is reported, 0 if it is not. */
 static uint32_t looks_until_no_effect(double resistance, double capacitance, double returned)
 {
     double u = 385.0;
@@ -106,7 +108,7 @@ static uint32_t looks_until_no_effect(double resistance, double capacitance, dou
 
 static void test_a_resistor_that_takes_energy_is_not_reported_absent(void)
 {
-    static const double farads[] = {0.2e-3, 1e-3, 5e-3, 20e-3}; /* R C up to 0.94 s */
+    static const double farads[] = {0.2e-3, 1e-3, 5e-3, 20e-3}; /* R C is up to 0.94 s */
     for (size_t n = 0; n < sizeof farads / sizeof farads[0]; n++) {
         TEST_ASSERT_EQUAL_UINT32(0u, looks_until_no_effect(RESISTANCE, farads[n], 0.0));
         TEST_ASSERT_EQUAL_UINT32(0u, looks_until_no_effect(RESISTANCE, farads[n], 1000.0));
@@ -119,13 +121,14 @@ static void test_a_link_that_does_not_fall_while_the_chopper_is_on_is_reported(v
 {
     TEST_ASSERT_EQUAL_UINT32(EFFECT_LOOKS, looks_until_no_effect(0.0, 1e-3, 0.0));
     TEST_ASSERT_EQUAL_UINT32(EFFECT_LOOKS, looks_until_no_effect(0.0, 1e-3, 300.0));
-    look(385.0, 0u, 0.0); /* off: the condition lasts while the link is high */
+    look(385.0, 0u, 0.0); /* off; the condition lasts while the link is high */
     TEST_ASSERT_EQUAL_UINT32(CHOPPER_NO_EFFECT, watch.conditions);
     look(350.0, 0u, 0.0);
     TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
 }
 
-/* Without a break in which it was off, it is not judged. */
+/* The chopper is judged only while it is on without a pause; in this test every twentieth evaluation has a
+ * pause of a period. */
 static void test_a_chopper_that_works_in_short_pulses_is_not_judged(void)
 {
     for (uint32_t n = 0; n < 1000u; n++) {

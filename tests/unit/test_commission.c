@@ -1,6 +1,7 @@
-/* The steps of commissioning against algebra: an exact winding in double precision, i(k+1) = a i(k) + b u(k),
- * a = exp(-R T/L), b = (1 - a)/R, driven by voltages that act from t_k+1 to t_k+2; matrices of wirings that
- * are made from their maps; torques that are made from J and friction. */
+/* The steps of commissioning, with expected values from algebra. The inputs are: an exact winding in
+ * double precision, i(k+1) = a i(k) + b u(k), a = exp(-R T/L), b = (1 - a)/R, driven by voltages that act
+ * from t_k+1 to t_k+2; matrices of wirings that follow from their maps; torques that follow from J and
+ * friction. */
 #include <complex.h>
 #include <math.h>
 #include <string.h>
@@ -20,7 +21,7 @@ static winding_t winding(double resistance, double inductance)
     return (winding_t){a, (1.0 - a) / resistance, 0.0, 0.0, 0.0};
 }
 
-/* A period with this order. Returns the current at its beginning [A]. */
+/* Simulates a period with this order. Returns the current at its beginning [A]. */
 static double complex run(winding_t *w, excite_t *excite, const excite_order_t *order)
 {
     const double complex current = w->current;
@@ -60,7 +61,7 @@ static void test_pulse_answers_with_the_current_of_its_first_half(void)
     }
 }
 
-/* The sample that is above the limit ends the pulse: what was ordered one period before still acts. */
+/* The sample above the limit ends the pulse; the voltage that was ordered one period before still acts. */
 static void test_pulse_ends_above_its_largest_current(void)
 {
     winding_t w = winding(0.5, 5e-3);
@@ -144,8 +145,8 @@ static void test_sine_on_a_held_current_gives_the_inductance(void)
     }
 }
 
-/* The law itself: I = b U/(1 - a z^-1), for L/R from two periods on. The series of the logarithm leaves 1e-3
- * at two periods. */
+/* The current follows the law I = b U/(1 - a z^-1), for L/R from two periods on. At two periods the
+ * truncated series of the logarithm leaves an error of 1e-3. */
 static void test_sine_solve_inverts_the_law_of_the_winding(void)
 {
     for (double periods = 2.0; periods < 3000.0; periods *= 1.7) {
@@ -165,8 +166,8 @@ static void test_sine_solve_inverts_the_law_of_the_winding(void)
 
 /* ---- wiring ---- */
 
-/* Matrix of a winding with this saliency at this angle, seen by the sensors of a map; `open`: 1 to 3, a phase
- * without current; 0: none. */
+/* The matrix of a winding with this saliency at this angle, seen by the sensors of a map. `open` is the
+ * number of a phase without current, 1 to 3; 0: none. */
 static wiring_matrix_t seen_by(wiring_map_t map, double saliency, double angle, int open)
 {
     wiring_matrix_t matrix;
@@ -179,7 +180,7 @@ static wiring_matrix_t seen_by(wiring_map_t map, double saliency, double angle, 
         for (int k = 0; k < 3; k++) {
             leg[k] = creal(flows * cexp(-IM * 2.0 * PI * k / 3.0));
         }
-        if (open > 0) { /* the voltage between the other two drives one current */
+        if (open > 0) { /* the voltage between the two other phases drives one current */
             const int one = open % 3, other = (open + 1) % 3;
             const double between =
                 cos(direction - 2.0 * PI * one / 3.0) - cos(direction - 2.0 * PI * other / 3.0);
@@ -195,7 +196,8 @@ static wiring_matrix_t seen_by(wiring_map_t map, double saliency, double angle, 
     return matrix;
 }
 
-/* All 24 maps of two sensors, over angles of a rotor up to L_q = 7.3 L_d, are named with legs and signs. */
+/* All 24 maps of two sensors, with rotors up to L_q = 7.3 L_d over their angles, are identified with legs
+ * and signs. */
 static void test_every_map_of_the_sensors_is_named(void)
 {
     int maps = 0;
@@ -212,7 +214,8 @@ static void test_every_map_of_the_sensors_is_named(void)
                 TEST_ASSERT_EQUAL_INT32(wiring_code(map), wiring_code(found));
                 TEST_ASSERT_EQUAL_INT(map.leg_a == 0 && map.leg_b == 1 && map.sign_a > 0 && map.sign_b > 0,
                                       wiring_is_right(found));
-                /* more than with an open phase; where sensors are exchanged, of less salient rotors only */
+                /* The rank is larger than with an open phase; where sensors are exchanged, this holds for
+                 * less salient rotors only. */
                 TEST_ASSERT_TRUE((saliency > 4.0 && !wiring_is_right(found)) || wiring_rank(&matrix) > 0.15f);
             }
         }
@@ -229,7 +232,7 @@ static void test_an_open_phase_takes_the_rank_and_is_named(void)
     }
 }
 
-/* By its Clarke transform sensor a adds i_a/sqrt 3 to beta as well, and sensor b 2 i_b/sqrt 3. */
+/* In the Clarke transform sensor a also contributes i_a/sqrt 3 to beta, and sensor b 2 i_b/sqrt 3. */
 static void test_sensor_that_does_not_change_is_no_open_phase(void)
 {
     static const wiring_matrix_t of_a = {{0.0f, -0.577350269f}, {0.0f, 1.0f}};
@@ -298,7 +301,8 @@ static int32_t board_with_noise(double sigma)
     static const excite_seen_t none;
     commission_t commission;
     commission_init(&commission, &TUNING);
-    for (uint32_t n = 0u; n < 600u; n++) { /* two values: their deviation is exactly half the distance */
+    /* Two values that alternate have a deviation of exactly half their difference. */
+    for (uint32_t n = 0u; n < 600u; n++) {
         const commission_window_t window = window_of(&none, (float)(n % 2u == 0u ? sigma : -sigma), false);
         commission_window(&commission, COMMISSION_BOARD, &window);
     }
@@ -344,7 +348,7 @@ static void test_step_without_the_earlier_ones_is_refused(void)
     }
 }
 
-/* A motor that never answers: the pulses grow to a quarter of the link and to their longest duration. */
+/* The motor never answers: the pulses grow to a quarter of the link voltage and to their longest duration. */
 static void test_no_answer_is_named(void)
 {
     commission_t commission;

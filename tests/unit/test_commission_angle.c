@@ -1,5 +1,5 @@
-/* The step `angle` of commissioning on windings that are written down: 1/L(theta) = y_0 (1 + y_1 cos x + y_2
- * cos 2x) with x = theta - theta_d; a standing current changes y_2 and brings y_1. */
+/* The step `angle` of commissioning with windings of known data: 1/L(theta) = y_0 (1 + y_1 cos x + y_2 cos
+ * 2x) with x = theta - theta_d. A constant current changes y_2 and causes y_1. */
 #include <complex.h>
 #include <math.h>
 #include <unity.h>
@@ -11,10 +11,10 @@
 
 typedef struct {
     double axis;          /* theta_d [rad] */
-    double salient;       /* y_2 without a standing current */
-    double salient_bent;  /* y_2 with one */
-    double bent;          /* y_1 with one */
-    double ripple_factor; /* L of the pulses over L_MEAN; 0: 1 */
+    double salient;       /* y_2 without a constant current */
+    double salient_bent;  /* y_2 with a constant current */
+    double bent;          /* y_1 with a constant current */
+    double ripple_factor; /* L for the pulses divided by L_MEAN; 0 stands for 1 */
     bool follows;         /* the rotor turns with the current */
 } rotor_t;
 
@@ -58,8 +58,9 @@ static int32_t angle_of(bench_t *bench, const rotor_t *rotor)
     return bench->commission.reason;
 }
 
-/* By the saturation alone, and by the axis of the saliency with the polarity of the saturation; also where
- * the standing current has turned the sign of the saliency. */
+/* The direction follows from the saturation alone, or from the axis of the saliency with the polarity of
+ * the saturation. The second result holds also where the constant current has inverted the sign of the
+ * saliency. */
 static void test_direction_of_a_held_rotor_is_found_with_its_polarity(void)
 {
     static const rotor_t rotors[] = {{.bent = 0.03},
@@ -79,8 +80,8 @@ static void test_direction_of_a_held_rotor_is_found_with_its_polarity(void)
     }
 }
 
-/* No saturation: at most the axis is known. A rotor that follows the current, and a ripple that brings a
- * phase current to zero: no result, either. */
+/* Without saturation at most the axis is known, and there is no result. There is no result either if the
+ * rotor follows the current, or if a ripple brings a phase current to zero. */
 static void test_held_rotor_without_a_direction_is_named(void)
 {
     static const struct {

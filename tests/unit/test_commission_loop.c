@@ -1,6 +1,6 @@
-/* The steps `current_loop` and `turn` of commissioning. The loop is closed here period by period:
+/* The steps `current_loop` and `turn` of commissioning. The test closes the loop period by period, with
  * excite_loop(), the current control of the drive and the exact law of a winding, i_k+1 = a i_k + b u_k-1.
- * Expected: the gain of the loop over its design is L_hat/L. */
+ * The expected ratio of the loop's gain to its design value is L_hat/L. */
 #include <math.h>
 #include <unity.h>
 
@@ -9,18 +9,18 @@
 #include "tests/unit/commission_windings.h"
 
 #define RESISTANCE 0.95
-#define INDUCTANCE 5e-3 /* [H] that the drive knows */
-#define GAIN       0.2  /* of the loop, by design */
+#define INDUCTANCE 5e-3 /* [H] the value that the drive has measured */
+#define GAIN       0.2  /* gain of the loop by design */
 
 typedef struct {
     bench_t bench;
     excite_t excite;
     current_control_t control;
     double resistance;    /* [ohm] */
-    double inductance;    /* the true one [H] */
+    double inductance;    /* [H] the true value */
     double current, loss; /* [A], [V] */
-    double voltage;       /* that acts in this period [V] */
-    double noise;         /* amplitude of an alternating error of the sensor [A] */
+    double voltage;       /* [V] voltage of this period */
+    double noise;         /* [A] amplitude of an alternating error of the sensor */
     uint32_t period;
 } loop_t;
 
@@ -32,7 +32,7 @@ static commission_tuning_t tuning_of(void)
     return tuning;
 }
 
-/* A pseudo-random error of the sensor, uniform. */
+/* A pseudo-random error of the sensor with a uniform distribution. */
 static double error_of(loop_t *loop)
 {
     static uint32_t state = 1u;
@@ -40,7 +40,7 @@ static double error_of(loop_t *loop)
     return loop->noise * ((double)(state >> 8) / 8388608.0 - 1.0);
 }
 
-/* A window of periods under the present order. */
+/* Runs a window under the present order. */
 static void run_window(loop_t *loop)
 {
     const excite_order_t *order = &loop->bench.commission.order;
@@ -57,7 +57,7 @@ static void run_window(loop_t *loop)
     excite_close(&loop->excite, &loop->bench.seen);
 }
 
-/* The reason with which the step ends for a winding of this L. */
+/* The reason with which the step ends for a winding with this L. */
 static int32_t check_loop(loop_t *loop, double resistance, double inductance, double least, double noise)
 {
     const commission_tuning_t tuning = tuning_of();
@@ -89,7 +89,8 @@ static int32_t check_loop(loop_t *loop, double resistance, double inductance, do
     return bench->commission.reason;
 }
 
-/* 5 % from the design is accepted as measured, 12 % is the limit: 0.6, 0.8, 1.25 and 1.6 are refused. */
+/* A gain within 5 % of the design is accepted as measured, and 12 % is the limit: factors of 0.6, 0.8,
+ * 1.25 and 1.6 are refused. */
 static void test_gain_of_the_current_loop_shows_a_wrong_inductance(void)
 {
     static const struct {
@@ -100,7 +101,7 @@ static void test_gain_of_the_current_loop_shows_a_wrong_inductance(void)
     } rows[] = {
         {1.0, 0.0, RESISTANCE, COMMISSION_REASON_NONE},
         {1.0, 0.03, RESISTANCE, COMMISSION_REASON_NONE},
-        {1.0, 0.015, INDUCTANCE / (3.0 * PERIOD), COMMISSION_REASON_NONE}, /* L/R of three periods */
+        {1.0, 0.015, INDUCTANCE / (3.0 * PERIOD), COMMISSION_REASON_NONE}, /* L/R is three periods */
         {0.92, 0.015, RESISTANCE, COMMISSION_REASON_NONE},
         {1.08, 0.015, RESISTANCE, COMMISSION_REASON_NONE},
         {0.6, 0.015, RESISTANCE, COMMISSION_REASON_CURRENT_LOOP},
@@ -113,14 +114,15 @@ static void test_gain_of_the_current_loop_shows_a_wrong_inductance(void)
         TEST_ASSERT_EQUAL_INT32(
             rows[n].reason,
             check_loop(&loop, rows[n].resistance, INDUCTANCE / rows[n].over, INDUCTANCE, rows[n].noise));
-        if (rows[n].reason == COMMISSION_REASON_NONE) { /* farther away the fit is not linear in L_hat/L */
+        /* Beyond the limit the fit is not linear in L_hat/L. */
+        if (rows[n].reason == COMMISSION_REASON_NONE) {
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * rows[n].over, rows[n].over,
                                       (double)loop.bench.commission.results.loop_gain);
         }
     }
 }
 
-/* At the standing current the saturated d axis has 0.7 L_d, as the step `inductance` has measured. */
+/* At the constant current the saturated d axis has 0.7 L_d, as the step `inductance` has measured. */
 static void test_saturation_of_the_d_axis_is_no_error_of_the_loop(void)
 {
     loop_t loop;
@@ -129,8 +131,8 @@ static void test_saturation_of_the_d_axis_is_no_error_of_the_loop(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.05, 1.0, (double)loop.bench.commission.results.loop_gain);
 }
 
-/* A salient rotor that left the axis at I_h and was aligned at 0.6 of it: with the step of 0.2 the largest
- * reference is this current. */
+/* A salient rotor left the axis at I_h and was aligned with 0.6 of this current: with the step of 0.2 the
+ * largest reference is the aligned current. */
 static void test_a_rotor_that_was_aligned_at_less_current_gets_no_more_than_this_current(void)
 {
     bench_t bench = {.seen = {.serial = 0u}};
@@ -144,7 +146,7 @@ static void test_a_rotor_that_was_aligned_at_less_current_gets_no_more_than_this
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.5f * TUNING.current_hold, bench.commission.order.current);
 }
 
-/* The axis advances by p electrical turns; `across`: the rotor lags behind it. */
+/* The axis advances by p electrical turns; the rotor lags behind it by `across`. */
 static int32_t turn_shaft(bench_t *bench, double across, double *turned)
 {
     const winding_t winding = {.resistance = RESISTANCE, .across = across};

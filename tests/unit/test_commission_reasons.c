@@ -1,6 +1,6 @@
-/* The steps of commissioning at standstill on specified windings: the result of each step, and the reason for
- * which it ends. A winding answers an order at once with the sums of a settled window; the expected values
- * are the numbers that the winding was made from. The rotor of the swing is a motor in double precision. */
+/* The steps of commissioning at standstill with windings of known data: the result of each step, and the
+ * reason with which it ends. A winding answers an order at once with the sums of a settled window; the
+ * expected values are the data of the winding. The rotor of the swing is a motor in double precision. */
 #include <complex.h>
 #include <math.h>
 #include <unity.h>
@@ -46,8 +46,8 @@ static void test_resistance_and_loss_of_a_leg_are_those_of_the_winding(void)
     }
 }
 
-/* Trapezia between levels that miss the corners of the triangles: 8 % and 3.5 mA. R and V stay those of the
- * winding, because the line keeps clear of the zone. */
+/* The trapezia between the levels miss the corners of the triangles; the tolerance is 8 % and 3.5 mA. R
+ * and V are those of the winding, because the fitted line does not use points in the zone. */
 static void test_zone_of_the_legs_is_measured_beside_the_line(void)
 {
     for (double zone = 0.02; zone < 0.2; zone *= 1.3) {
@@ -62,7 +62,7 @@ static void test_zone_of_the_legs_is_measured_beside_the_line(void)
     }
 }
 
-/* Half of the link less the loss of the legs, over R. */
+/* The largest current is half of the link voltage less the loss of the legs, divided by R. */
 static void test_link_limits_the_current_of_a_large_resistance(void)
 {
     const winding_t winding = {.resistance = 40.0, .rest = 12.0};
@@ -118,7 +118,7 @@ static void test_resistance_ends_with_the_reason_of_its_winding(void)
     }
 }
 
-/* The second staircase decides when its directions agree. */
+/* The result is that of the second staircase if its two directions agree. */
 static void test_second_staircase_is_taken_when_the_first_one_scatters(void)
 {
     const winding_t winding = {.resistance = 0.95, .gain = 0.02, .moving = 0.02};
@@ -129,15 +129,15 @@ static void test_second_staircase_is_taken_when_the_first_one_scatters(void)
 
 /* ---- swing ---- */
 
-/* A surface motor on the excitation of the fast task. */
+/* A surface motor, driven by the excitation of the fast task. */
 typedef struct {
     double resistance, inductance, flux, inertia, friction; /* [ohm], [H], [Wb], [kg m^2], [N m s] */
-    double angle, omega;                                    /* electrical [rad], mechanical [rad/s] */
+    double angle, omega;                                    /* [rad] electrical; [rad/s] mechanical */
     double complex current, acts, next;                     /* [A], [V] */
     double moving, lost; /* voltage that the drive does not know: of every second jump; now [V] */
 } motor_t;
 
-/* A period in 16 parts. */
+/* Simulates a period in 16 parts. */
 static void turn_motor(motor_t *motor, excite_t *excite, const excite_order_t *order)
 {
     const double part = PERIOD / 16.0;
@@ -157,7 +157,7 @@ static void turn_motor(motor_t *motor, excite_t *excite, const excite_order_t *o
     }
 }
 
-/* A step on the motor, until it has ended. */
+/* Runs a step on the motor until it has ended. */
 static int32_t measured_on(bench_t *bench, motor_t *motor, int32_t step)
 {
     excite_t excite;
@@ -214,7 +214,8 @@ static void test_swing_gives_first_values_of_flux_and_inertia(void)
     }
 }
 
-/* A rotor of very small inertia follows the braking only: the jumps are repeated with less braking. */
+/* A rotor of very small inertia follows only the braking, so that the jumps are repeated with less
+ * braking. */
 static void test_swing_of_a_light_rotor_is_repeated_with_less_braking(void)
 {
     motor_t motor = motor_with(3.2e-6);
@@ -224,7 +225,7 @@ static void test_swing_of_a_light_rotor_is_repeated_with_less_braking(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.1, 0.1, (double)bench.commission.results.flux_first);
 }
 
-/* A brake that holds, or a rotor too heavy for the time of a jump: the step must not give a flux. */
+/* A holding brake, or a rotor too heavy for the duration of a jump: the step must not return a flux. */
 static void test_rotor_that_does_not_follow_is_named(void)
 {
     static const double inertias[] = {20.0, 1e5, 1e9};
@@ -235,7 +236,7 @@ static void test_rotor_that_does_not_follow_is_named(void)
     }
 }
 
-/* Magnets of a hundredth of L I: errors of the integral of the voltage are as large. */
+/* The flux of the magnets is a hundredth of L I, and the error of the integrated voltage is as large. */
 static void test_rotor_of_too_little_flux_is_named(void)
 {
     motor_t motor = motor_with(1e-5);
@@ -258,9 +259,9 @@ static void test_flux_that_differs_between_the_directions_is_named(void)
     TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, swing_of(&bench, &motor));
 }
 
-/* Half of the ripple of 0.1 mH is 311 V T/(24 L) = 13 A, more than 0.6 of 10 A. A rotor whose EMF drives less
- * than the limit of the zero vector still adds it to one of two opposite pulses and takes it from the other.
- */
+/* Half of the ripple with 0.1 mH is 311 V T/(24 L) = 13 A, more than 0.6 of 10 A. A rotor whose EMF drives
+ * less than the limit of the zero vector still adds it to one of two opposite pulses and subtracts it from
+ * the other. */
 static void test_wiring_names_a_large_ripple_and_a_rotor_that_turns(void)
 {
     motor_t still = motor_with(1e-3), small = still, turning = still;
@@ -293,7 +294,7 @@ static void test_board_names_a_low_link(void)
     }
 }
 
-/* Steps whose drive never answers. */
+/* In each of these steps the drive never answers. */
 static void test_step_ends_after_its_largest_time_with_what_it_waited_for(void)
 {
     static const struct {

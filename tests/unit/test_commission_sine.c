@@ -1,13 +1,13 @@
-/* The step `inductance` of commissioning on specified windings: L_d, L_q, the saturation of the q axis, and
- * the reasons if there is no result. */
+/* The step `inductance` of commissioning with windings of known data: L_d, L_q, the saturation of the q
+ * axis, and the reasons if there is no result. */
 #include <complex.h>
 #include <math.h>
 #include <unity.h>
 
 #include "tests/unit/commission_windings.h"
 
-/* Flux over the first harmonic of the current of a flux cos x of this amplitude: psi = L i/sqrt(1 +
- * (i/I_s)^2). */
+/* For a flux cos x of this amplitude: the ratio of the flux to the first harmonic of its current, with psi
+ * = L i/sqrt(1 + (i/I_s)^2). */
 static double harmonic(double inductance, double saturation, double flux)
 {
     double sum = 0.0;
@@ -19,7 +19,7 @@ static double harmonic(double inductance, double saturation, double flux)
     return flux / sum;
 }
 
-/* L of the q axis for a sine of this voltage. */
+/* L of the saturating q axis for a sine of this voltage. */
 static double bent(const winding_t *winding, double voltage, double omega)
 {
     const double motion = winding->l_q * winding->rotor / (omega * omega);
@@ -71,8 +71,8 @@ static int32_t inductance_of(bench_t *bench, const winding_t *winding)
     return bench->commission.reason;
 }
 
-/* Also of a rotor that the sine moves: 10 000 rad^2/s^2 lower L_q by 0.1 and 0.2 % at the two frequencies;
- * and of a small winding, whose frequency is doubled. */
+/* The tested rotors include one that the sine moves, for which 10 000 rad^2/s^2 lower L_q by 0.1 and 0.2 %
+ * at the two frequencies, and a small winding, whose frequency is doubled. */
 static void test_sine_gives_both_inductances_also_of_a_rotor_that_swings(void)
 {
     static const winding_t windings[] = {
@@ -92,9 +92,9 @@ static void test_sine_gives_both_inductances_also_of_a_rotor_that_swings(void)
     }
 }
 
-/* A flux that the iron bends, also beside a rotor that swings; L_q is that without current. A linear axis has
- * no I_s, and the axis of a motor whose phases would pass through zero by their ripple or in a wide zone is
- * not judged. */
+/* The iron reduces the flux, also with a rotor that swings; L_q is the value without current. A linear
+ * axis has no I_s. The axis is not judged if the phase currents would pass through zero because of their
+ * ripple or a wide zone. */
 static void test_two_amplitudes_show_the_saturation_of_the_q_axis(void)
 {
     static const struct {
@@ -104,10 +104,10 @@ static void test_two_amplitudes_show_the_saturation_of_the_q_axis(void)
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 5.0}, 5.0},
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 10.0, .rotor = 5e4}, 10.0},
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 10.0, .rotor = 4e5}, 0.0},
-        /* I_s of 15.5 A lowers L_q at 5 A by 5 %. It changes L by 0.6 % at amplitudes of 0.45, which shows,
-         */
-        /* and by 0.2 % at 0.3, to which a wide zone limits them: there a linear axis does not show, either.
-         */
+        /* I_s of 15.5 A lowers L_q by 5 % at 5 A. It changes L by 0.6 % at an amplitude of 0.45, which is
+         * detected, */
+        /* and by 0.2 % at 0.3, to which a wide zone limits the amplitude: a linear axis cannot be
+         * distinguished there. */
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 15.5}, 15.5},
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 15.5, .zone = 0.95}, 0.0},
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .zone = 0.95}, 0.0},
@@ -131,7 +131,7 @@ static void test_two_amplitudes_show_the_saturation_of_the_q_axis(void)
     }
 }
 
-/* Windows of the whole step with sensors of this noise. */
+/* The number of windows of the whole step with sensors of this noise. */
 static double windows_with(double noise)
 {
     const winding_t winding = {.resistance = 0.95, .noise = noise, .l_d = 5e-3, .l_q = 5e-3};
@@ -140,9 +140,9 @@ static double windows_with(double noise)
     return (double)bench.commission.windows;
 }
 
-/* sqrt(2/N) noise/amplitude is 0.13 % at most, in 0.1 to 0.4 s; of the two runs that are compared for the
- * saturation 0.032 %, in up to 1 s. The standing currents are 5 and 3 A along the axis and 5 A three times
- * across it, the amplitudes a fifth of these, the last one 0.45. */
+/* The allowed error sqrt(2/N) noise/amplitude is 0.13 %, with 0.1 to 0.4 s for a run; for the two runs that
+ * are compared for the saturation it is 0.032 %, with up to 1 s. The constant currents are 5 and 3 A along
+ * the axis and 5 A three times across it. The amplitudes are a fifth of these, the last one 0.45. */
 static void test_noise_lengthens_the_sine(void)
 {
     static const struct {
@@ -158,7 +158,7 @@ static void test_noise_lengthens_the_sine(void)
     TEST_ASSERT_DOUBLE_WITHIN(3.0, more / 8e-4, windows_with(noise) - windows_with(1e-6));
 }
 
-/* A rotor that leaves the axis: 0.6 of the current, twice. */
+/* A rotor leaves the axis: the current is lowered to 0.6 of it, twice. */
 static void test_unstable_alignment_lowers_the_current_twice(void)
 {
     const winding_t winding = {.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .leaves = 0.2, .steady = 9u};

@@ -1,4 +1,4 @@
-/* CRC-32 by its published check value and by long division, bit by bit. */
+/* CRC-32, compared with its published check value and with a long division bit by bit. */
 #include "math/crc.h"
 
 #include <unity.h>
@@ -12,7 +12,7 @@ static uint32_t of_words(const uint16_t *words, uint32_t count)
     return crc_end(crc);
 }
 
-/* The division by the polynomial, on paper: the bits of each octet from the lowest. */
+/* The division by the polynomial as on paper, each octet from its lowest bit. */
 static uint32_t by_division(const uint16_t *words, uint32_t count)
 {
     uint32_t crc = UINT32_C(0xFFFFFFFF);
@@ -24,7 +24,8 @@ static uint32_t by_division(const uint16_t *words, uint32_t count)
     return ~crc;
 }
 
-/* The check value of the catalogue is of the nine octets "123456789"; of its first eight it is 9AE0DAAFh. */
+/* The check value in the catalogue belongs to the nine octets "123456789"; for the first eight it is
+ * 9AE0DAAFh. */
 static void test_a_known_message_has_its_known_check(void)
 {
     static const uint16_t digits[] = {0x3231, 0x3433, 0x3635, 0x3837};

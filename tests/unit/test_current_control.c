@@ -1,5 +1,5 @@
-/* Closed loop with an exact winding in double precision: i(k+1) = a i(k) + b u(k), a = exp(-R T/L), b = (1 -
- * a)/R, and u(k) what the controller computed at k-1 (it acts from t_k+1 to t_k+2). */
+/* Closed loop with an exact winding in double precision: i(k+1) = a i(k) + b u(k), a = exp(-R T/L), b = (1
+ * - a)/R, where u(k) is the voltage that the controller has computed at k-1 (it acts from t_k+1 to t_k+2). */
 #include "fast/control/current_control.h"
 #include "tests/unit/vectors.h"
 
@@ -29,7 +29,7 @@ static void test_feed_forward_is_the_motor_equation_and_the_given_emf(void)
         double omega = 628.0 * direction;
         dq_t emf = {-20.5f, (float)(omega * 0.183)};
         dq_t voltage = current_control_step(&control, current, current, (float)omega, emf);
-        /* Numbers up to 115 V, five roundings. */
+        /* The limit is five roundings of numbers up to 115 V. */
         TEST_ASSERT_DOUBLE_WITHIN(4e-5, -omega * 0.016 * 7.0 - 20.5, (double)voltage.d);
         TEST_ASSERT_DOUBLE_WITHIN(4e-5, omega * (0.008 * -3.0 + 0.183), (double)voltage.q);
     }
@@ -42,16 +42,17 @@ static void test_axes_are_back_calculated_each_with_its_own_shortfall(void)
     dq_t reference = {10.0f, -10.0f};
     dq_t current = {0.0f, 0.0f};
     current_control_step(&control, reference, current, 0.0f, NONE);
-    /* Wanted (125, -125), applied (100, -25): the errors 8 and -2 would have given that, ki T = 0.095 of
-     * each. */
+    /* The controller requested (125, -125) and got (100, -25): errors of 8 and -2 would have given these
+     * voltages, of which ki T = 0.095 is integrated. */
     dq_t applied = {100.0f, -25.0f};
     current_control_applied(&control, applied);
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.095 * 8.0, (double)control.d.integral);
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.095 * -2.0, (double)control.q.integral);
 }
 
-/* Reference, current and EMF, given in the stationary frame, as seen from a frame at `theta`. The winding is
- * isotropic: all of the control but its integrals is the same in any frame. */
+/* The voltage in the stationary frame for a reference, a current and an EMF that are given in the
+ * stationary frame, computed in a frame at `theta`. The winding is isotropic: except for the integrals the
+ * control is the same in any frame. */
 static double complex stationary_voltage(current_control_t *control, double theta)
 {
     const double complex back = cexp(-J * theta);
@@ -61,7 +62,7 @@ static double complex stationary_voltage(current_control_t *control, double thet
     return of_dq(voltage) * cexp(J * theta);
 }
 
-/* Frames that lie far apart, as those of two sources of position may. */
+/* The two frames differ widely, as those of two sources of the angle may. */
 static void test_voltage_does_not_jump_when_the_frame_does(void)
 {
     static const double turns[] = {0.0, 0.3, -1.7, 3.1, -3.1};
@@ -74,25 +75,27 @@ static void test_voltage_does_not_jump_when_the_frame_does(void)
             const double complex before = stationary_voltage(&control, theta);
             const rotation_t turn = {(float)sin(turns[n]), (float)cos(turns[n])};
             current_control_turn(&control, turn);
-            /* by hand: j(-turn) of the integral itself; products of 14 V, three roundings */
+            /* Calculated by hand: the integral is rotated by -turn; the limit is three roundings of
+             * products of 14 V. */
             const double complex turned = of_dq(integral) * cexp(-J * turns[n]);
             TEST_ASSERT_DOUBLE_WITHIN(3e-6, creal(turned), (double)control.d.integral);
             TEST_ASSERT_DOUBLE_WITHIN(3e-6, cimag(turned), (double)control.q.integral);
-            /* numbers up to 60 V, ten roundings on either side */
+            /* The limit is ten roundings of numbers up to 60 V on either side. */
             const double complex after = stationary_voltage(&control, theta + turns[n]);
             TEST_ASSERT_DOUBLE_WITHIN(4e-5, 0.0, cabs(after - before));
         }
     }
 }
 
-enum { RUN = 1500 }; /* four of them fit into 64 K of a target with a 32-bit double */
+enum { RUN = 1500 }; /* four of them fit into the 64 K of a target with a 32-bit double */
 
 typedef struct {
-    double current[RUN];  /* at t_k */
-    double integral[RUN]; /* before the step of k */
+    double current[RUN];  /* current at t_k */
+    double integral[RUN]; /* integral before step k */
 } run_t;
 
-/* One axis at standstill: the reference steps to `reference` at k = 0; the voltage is cut at `limit`. */
+/* Runs one axis at standstill: the reference steps to `reference` at k = 0, and the voltage is limited to
+ * `limit`. */
 static void run_axis(run_t *run, const current_control_params_t *params, int axis, double reference,
                      double limit)
 {
@@ -122,7 +125,8 @@ static void run_axis(run_t *run, const current_control_params_t *params, int axi
     }
 }
 
-/* With the winding's pole cancelled the loop is y(k+2) = y(k+1) + K (1 - y(k)), K = kp b. */
+/* If the controller cancels the pole of the winding, the loop is y(k+2) = y(k+1) + K (1 - y(k)) with K =
+ * kp b. */
 static void algebra(double *response, double gain)
 {
     response[0] = 0.0;
@@ -154,10 +158,11 @@ static void test_step_response_is_the_algebraic_one_on_both_axes(void)
             double gain = gain_of(&params, inductance);
             algebra(expected, gain);
             run_axis(&run, &params, axis, -10.0, 1e6);
-            /* The controller's zero lies at 1 - x, x = R T/L, the winding's pole a at exp(-x): the open loop
-             * is wrong by the factor 1 + (x^2/2)/(z - a), which moves the response by at most the 1-norm of
-             * the closed loop times x^2/2 times the sum of |error|. Second order 1 %; floats add 2^-20 of the
-             * step over the 1/K periods of the loop's memory. */
+            /* The zero of the controller is at 1 - x with x = R T/L, and the pole a of the winding at
+             * exp(-x). The open loop therefore has an additional factor 1 + (x^2/2)/(z - a). It changes
+             * the response by at most the 1-norm of the closed loop times x^2/2 times the sum of |error|.
+             * 1 % is added for terms of second order, and 2^-20 of the step per period for the float
+             * arithmetic over the 1/K periods of the loop's memory. */
             double x = 0.95 * 1e-4 / inductance;
             double norm = 0.0;
             double area = 0.0;
@@ -176,9 +181,9 @@ static void test_step_response_is_the_algebraic_one_on_both_axes(void)
 static void test_recovers_from_saturation_without_windup(void)
 {
     static run_t run;
-    /* 30 A need 28.5 V of 50 V: about 10 ms at the limit. ki/kp = R/L, so the integral follows R i while
-     * limited, early by the two periods until a voltage shows in the current: R di/dt 2T <= 0.95 * 4000 *
-     * 2e-4 = 0.76 V. This is the whole excess at the end: 0.76/kp = 0.061 A. */
+    /* 30 A need 28.5 V of 50 V: about 10 ms at the limit. Since ki/kp = R/L, the integral follows R i
+     * during the limitation, ahead by the two periods until a voltage has an effect on the current: R
+     * di/dt 2T <= 0.95 * 4000 * 2e-4 = 0.76 V. This is the whole overshoot at the end: 0.76/kp = 0.061 A. */
     run_axis(&run, &PARAMS, 1, 30.0, 50.0);
     double peak = 0.0;
     for (int k = 0; k < RUN; k++) {
@@ -190,16 +195,17 @@ static void test_recovers_from_saturation_without_windup(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 30.0, run.current[RUN - 1]);
 }
 
-/* A rotor that turns by `turn` [rad] in a period; i_q_ref steps to 1 A; the winding has `share` of the
- * configured L. The winding without resistance in its own, stationary frame: the voltage of t_k-1 acts from
- * t_k on, in the direction that the controller has meant for the middle of that period. Largest |i_d| [A];
- * `left`: change of the current in the last period [A]. */
+/* The rotor turns by `turn` [rad] in a period, i_q_ref steps to 1 A, and the true L of the winding is
+ * `share` times the configured one. The winding without resistance is simulated in the stationary frame:
+ * the voltage of t_k-1 acts from t_k on, in the direction that the controller has computed for the middle
+ * of that period. Returns the largest |i_d| [A]; `left` receives the change of the current in the last
+ * period [A]. */
 static double coupled(const current_control_params_t *params, double turn, double share, double *left)
 {
     current_control_t control;
     begin(&control, params);
     const double period = (double)params->period;
-    double complex current = 0.0; /* stationary */
+    double complex current = 0.0; /* in the stationary frame */
     double complex acting = 0.0;
     double complex last = 0.0;
     double most = 0.0;
@@ -217,14 +223,14 @@ static double coupled(const current_control_params_t *params, double turn, doubl
     return most;
 }
 
-/* The slower root stays real, thus the rest is of second order: K = 0.03, 0.1 and 0.2 at 0.1 and 0.3 rad.
- * With the measured current alone it is 0.16 to 0.22 A at 0.3 rad. An ideal winding has no R, so that the
- * integral does not act. */
+/* The slower root remains real, so that the coupling is of second order: K = 0.03, 0.1 and 0.2 at 0.1 and
+ * 0.3 rad. If only the measured current is used, the coupling is 0.16 to 0.22 A at 0.3 rad. An ideal
+ * winding has no R, so that the integral has no effect. */
 static void test_step_of_one_axis_hardly_moves_the_other_at_a_high_speed(void)
 {
     static const float bandwidths[] = {300.0f, 1000.0f, 2000.0f};
     static const double most[] = {0.031, 0.034,
-                                  0.096}; /* [A] at 0.3 rad: of the complex difference equation */
+                                  0.096}; /* [A] at 0.3 rad, from the complex difference equation */
     for (unsigned n = 0; n < sizeof bandwidths / sizeof bandwidths[0]; n++) {
         current_control_params_t params = PARAMS;
         params.bandwidth = bandwidths[n];
@@ -235,8 +241,8 @@ static void test_step_of_one_axis_hardly_moves_the_other_at_a_high_speed(void)
     }
 }
 
-/* Roots of z^2 - e^(-j turn) z + (K - j (1 - m) turn) e^(-j turn/2)/share: at 0.63 rad 0.95 at most, with the
- * measured current alone 1.025. */
+/* The roots of z^2 - e^(-j turn) z + (K - j (1 - m) turn) e^(-j turn/2)/share are at most 0.95 at 0.63
+ * rad; if only the measured current is used, they reach 1.025. */
 static void test_currents_settle_at_ten_periods_a_turn_with_an_inductance_a_fifth_wrong(void)
 {
     current_control_params_t params = PARAMS;

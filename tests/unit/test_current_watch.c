@@ -1,5 +1,6 @@
-/* The watch over current sensors and phases, fed with a winding of its own in double: alpha and beta by
- * L di = T (u - R i), the rotor standing. Expected times and limits follow from the coefficients by hand. */
+/* The watch over current sensors and phases, fed with a winding in double precision: alpha and beta by L
+ * di = T (u - R i), at standstill. The expected times and limits are calculated by hand from the
+ * coefficients. */
 #include "medium/protect/current_watch.h"
 
 #include "tests/unit/compare.h"
@@ -10,30 +11,30 @@
 #define LINK       300.0
 
 static current_watch_t watch;
-static double i_alpha, i_beta;      /* [A] true */
-static double gain_a, gain_b, in_c; /* [-] of the sensors; [A] added by that of c */
-static ab_t error;                  /* [A] of the observer */
-static uint32_t ticks;              /* [periods] */
-static uint32_t seen;               /* [-] bits so far */
-static uint32_t periods;            /* [periods] until the first of them */
-static double per_ampere;           /* [rad/s^2 per A] of the rotor */
-static double salience;             /* [-] L_q over L_d, their mean as assumed */
-static bool forced;                 /* a forced frame takes the rotor along */
-static bool contradicted;           /* the EMF along a phase's axis is wrong */
-static bool elsewhere;              /* the EMF is wrong along no phase's axis */
-static float doubt;                 /* [rad/s] of the rotor's speed */
+static double i_alpha, i_beta;      /* [A] true currents */
+static double gain_a, gain_b, in_c; /* [-] gains of sensors a and b; [A] added by the sensor of c */
+static ab_t error;                  /* [A] current error of the observer */
+static uint32_t ticks;              /* [periods] counter */
+static uint32_t seen;               /* [-] bits that the watch has reported so far */
+static uint32_t periods;            /* [periods] until the first bit */
+static double per_ampere;           /* [rad/s^2 per A] acceleration of the rotor */
+static double salience;             /* [-] L_q/L_d; the assumed inductance is the mean of both */
+static bool forced;                 /* a forced frame moves the rotor */
+static bool contradicted;           /* the EMF along the axis of a phase is wrong */
+static bool elsewhere;              /* the EMF is wrong, but along the axis of no phase */
+static float doubt;                 /* [rad/s] uncertainty of the rotor's speed */
 static float scatter;               /* [A^2] mean square of the sensors' noise in the calibration */
 
-/* The window under way, as the fast task sums it. */
+/* The present window, as the fast task sums it. */
 #define WINDOW 8u
 static struct {
     uint32_t periods, moved;
     ab_t voltage;
     dq_t asked_for;
-    abc_t before; /* at the end of the window before */
+    abc_t before; /* currents at the end of the window before */
 } sum;
 static float u_dc;   /* [V] */
-static bool limited; /* control has not got the voltage that it requested */
+static bool limited; /* the control has not got the voltage that it requested */
 
 static void prepare(bool three, double l_assumed, double r_assumed)
 {
@@ -119,8 +120,8 @@ static void judge(ab_t voltage, abc_t measured, ab_t reference)
     }
 }
 
-/* A sound winding for this number of periods on this voltage, its sensors with their gains and a code of
- * noise. */
+/* Runs a sound winding for this number of periods with this voltage; its sensors have their gains and a
+ * code of noise. */
 static void run(double alpha, double beta, uint32_t count, ab_t reference)
 {
     for (uint32_t n = 0; n < count; n++) {
@@ -134,8 +135,8 @@ static void run(double alpha, double beta, uint32_t count, ab_t reference)
     }
 }
 
-/* From 2 A, where all three legs are sure of their sign, the reference of the current rises as the current of
- * a winding does at 60 V, and then is constant. */
+/* At first 2 A flow, so that the signs of all three phase currents are certain. Then the reference of the
+ * current rises as the current of a winding does at 60 V, and remains constant. */
 static void jump(void)
 {
     run(2.0 * RESISTANCE + 25.0, 0.0, 8u, (ab_t){2.0f, 0.0f});
@@ -144,8 +145,8 @@ static void jump(void)
     run(RESISTANCE * i_alpha, 0.0, 16u, (ab_t){8.0f, 0.0f});
 }
 
-/* This number of periods of this voltage [V] along phase a, with a code of noise on these currents of a and
- * b. */
+/* For this number of periods this voltage [V] acts along phase a, with these currents of a and b and a
+ * code of noise. */
 static void feed(uint32_t count, float voltage, float a, float b, ab_t reference)
 {
     for (uint32_t n = 0; n < count; n++) {
@@ -155,15 +156,15 @@ static void feed(uint32_t count, float voltage, float a, float b, ab_t reference
     }
 }
 
-/* p is 100 V - 0.6 A R a period, 0.8 A; its doubt 4/3 (7.5 V + 0.9 V) and R/2 of what flows. The value is
- * there at the end of one window and does not move in all of the next. Near zero a wire without current has
- * the same sign, and 12 periods are needed; but 100 V make 3 A beyond all doubt in five of them, and then six
- * are enough. 30 V make 0.15 A a period, and where three limits of a stuck value are 9 A, 100 V do not make
- * them in the 12 periods. */
+/* The expected change p is 100 V - 0.6 A R per period, which is 0.8 A. Its uncertainty is 4/3 (7.5 V + 0.9
+ * V) and R/2 of the current. The value is present at the end of one window and does not change in the
+ * whole next window. Near zero a wire without current shows the same, so that 12 periods are needed; six
+ * are enough if 100 V make 3 A more than the uncertainty within five of them. 30 V make 0.15 A per period.
+ * With a limit of 9 A, three times the usual one, 100 V do not reach it within the 12 periods. */
 static void test_a_value_that_stays_is_stuck_and_near_zero_sooner_where_much_must_flow(void)
 {
     static const struct {
-        float volts, a, limit; /* [V]; [A]; of a stuck value [A], 0: the usual one */
+        float volts, a, limit; /* [V]; [A]; limit of a stuck value [A], 0: the usual one */
         uint32_t least, most;  /* [periods] */
     } cases[] = {{100.0f, 0.6f, 0.0f, 1u, 2u * WINDOW},
                  {100.0f, 0.01f, 0.0f, 1u, 8u},
@@ -188,9 +189,9 @@ static void test_a_value_that_stays_is_stuck_and_near_zero_sooner_where_much_mus
     }
 }
 
-/* 8 A, and then a sensor that shows 0, or a wire without current, with a code of noise: the observer misses
- * it by 8 A, 15 % of the range are 3. The sensor is suspected within two periods, and reported after six
- * without a change; the wire is not. 100 V are 0.8 A a period. */
+/* The current is 8 A; then a sensor shows 0, or a wire carries no current, with a code of noise. The error
+ * of the observer is 8 A; its limit is 15 % of the range, 3 A. The sensor is suspected within two periods
+ * and reported after six periods without a change; the wire is not. 100 V are 0.8 A per period. */
 static void jump_to_zero(double noise)
 {
     i_alpha = 8.0;
@@ -205,7 +206,7 @@ static void jump_to_zero(double noise)
     }
 }
 
-/* It is detected at the end of its window, and has not changed in the whole next window. */
+/* The stuck value is detected at the end of its window, and it has not changed in the whole next window. */
 static void test_a_value_that_jumps_to_zero_is_stuck_within_two_windows(void)
 {
     jump_to_zero(0.0);
@@ -216,8 +217,8 @@ static void test_a_value_that_jumps_to_zero_is_stuck_within_two_windows(void)
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
-/* The EMF may be wrong by 40 V, and +-20 V act for 5 ms each: no value exceeds its uncertainty. `still`
- * periods of a at one value, then a code more; b moves by `swing` [A]. */
+/* The EMF may be wrong by 40 V, and +-20 V act for 5 ms each, so that no current exceeds its uncertainty.
+ * For `still` periods the current of a has one value, then a code more; b moves by `swing` [A]. */
 static void stand(uint32_t still, float swing)
 {
     doubt = 40.0f / 0.183f;
@@ -228,18 +229,18 @@ static void stand(uint32_t still, float swing)
     }
 }
 
-/* The first window is only the beginning of the comparison. It is stuck 15 ms later, at the end of a window.
- */
+/* The first window is only the beginning of the comparison. The sensor is reported as stuck 15 ms later,
+ * at the end of a window. */
 static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void)
 {
     stand(400u, 0.2f);
     TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_STUCK, seen);
     TEST_ASSERT_TRUE(periods >= WINDOW + 150u && periods <= WINDOW + 150u + WINDOW);
     setUp();
-    stand(140u, 0.2f); /* it moves, and all counts begin again */
+    stand(140u, 0.2f); /* the value changes, and all counts begin again */
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
     setUp();
-    stand(400u, 0.03f); /* of 20 A, 0.2 % are 0.04 A */
+    stand(400u, 0.03f); /* 0.2 % of 20 A are 0.04 A */
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
@@ -264,8 +265,8 @@ static void test_a_value_without_the_noise_of_its_sensor_is_stuck_after_two_wind
     }
 }
 
-/* Exact sensors and a constant current: the assumed voltage may be wrong by the effect of R/2 and of the
- * whole dead time for any time. */
+/* With exact sensors and a constant current no sensor is found stuck. The allowances for R/2 and for the
+ * whole dead time cover any voltage, for any time. */
 static void test_a_constant_current_is_not_a_stuck_sensor(void)
 {
     const float voltage = (float)(1.5 * RESISTANCE * 8.0 + 0.9 * 4.0 / 3.0 * (7.5 + 0.9));
@@ -275,7 +276,7 @@ static void test_a_constant_current_is_not_a_stuck_sensor(void)
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
-/* One sample of a sensor that is 10 A off. */
+/* One sample of a sensor is wrong by 10 A. */
 static void test_a_single_bad_sample_raises_nothing(void)
 {
     for (uint32_t at = 0; at < 8u; at++) {
@@ -290,12 +291,13 @@ static void test_a_single_bad_sample_raises_nothing(void)
     }
 }
 
-/* Sensors without a fault cause no warning, also if L and R are assumed wrong. A gain is wrong where the
- * range is another, 15 and 25 A or the other way round, or one sensor is off by 30 %. A light rotor excuses
- * the sensors: psi_f K |i| (8 T)^2/L, three times, against Dp: with K of the paper's rig, 69 rad/s^2 per A, 2
- * mA per A; with 70000, 2 A per A, no rise is a measurement. So does a salient one: along L_d the sensors
- * show more than along L_q: one of them 1.3 times too large is 1.3 of 1.2 x 1.42. A ratio below 0.35, or
- * above its inverse, is an invalid sample. */
+/* Sensors without a fault cause no warning, even if the configured L and R are wrong. A gain is reported
+ * if the range of a sensor is 15 instead of 25 A or vice versa, or if one sensor is wrong by 30 %. A light
+ * rotor explains a difference of the sensors: psi_f K |i| (8 T)^2/L, times three, is compared with Dp.
+ * With K of the paper's test rig, 69 rad/s^2 per A, this is 2 mA per A; with 70000 it is 2 A per A, and no
+ * rise counts as a measurement. With a salient rotor, too, a difference of the sensors is no fault: along
+ * L_d they show more than along L_q, so that the limit of the ratio is 1.2 x 1.42, and a sensor that reads
+ * 1.3 times too much is not reported. A ratio below 0.35, or above its inverse, is an invalid sample. */
 static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(void)
 {
     static const struct {
@@ -323,17 +325,21 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(
     }
 }
 
-/* The condition of time: 32 periods without current, to the end of a window, of a phase whose voltage is
- * beyond the 11.2 V that the dead time may take; with 10 V that may hold it at zero. 100 V less the 11.2 V
- * change the flux by 2.6 psi_f in 5.4 ms, which is more than any flux; half of it is enough where a forced
- * frame takes the rotor along, and where no phase carries any the dead time may take twice as much. A diode
- * carries 1.2 A of the 3 A that are requested in a, the switch none: where the EMF along a phase's axis
- * contradicts the rotor that is less than half, and a loss; else, and from 1.6 A on, it is none. Below 75 V
- * the whole link moves a current of 12.5 mH by less than 2 % of 20 A in 100 us: at the limit of such a link's
- * voltage no phase is lost. A wrong angle of the encoder and the dead time hold a phase at zero for some 3
- * ms: where the EMF is wrong along no phase's axis it must last for four times 32 periods. If only the others
- * deviate from the requested current, by more than 0.4 A and a quarter of the largest, the time is twice as
- * long; 0.5 A deviates by 0.3 A from 0.2 A. */
+/* The condition of time is 32 periods without current, up to the end of a window, in a phase whose voltage
+ * exceeds the 11.2 V that the dead time may take; 10 V could be hidden by the dead time. 100 V less 11.2 V
+ * change the flux by 2.6 psi_f in 5.4 ms, which is more than any flux. Half of this is enough if a forced
+ * frame moves the rotor; if no phase carries current, the dead time may take twice as much.
+ *
+ * If a switch is open, its diode carries 1.2 A of the 3 A that are requested in phase a. This is less than
+ * half, and is reported as a loss if the EMF along the axis of the phase contradicts the rotor. Without this
+ * contradiction, and with 1.6 A or more, no loss is reported.
+ *
+ * Below 75 V the whole link changes a current of 12.5 mH by less than 2 % of 20 A in 100 us: at the limit
+ * of such a link voltage no loss is reported. A wrong angle of the encoder together with the dead time
+ * keeps a phase at zero for about 3 ms: if the EMF is wrong, but along the axis of no phase, the condition
+ * must last for four times 32 periods. If only the other phases deviate from the requested current, by
+ * more than 0.4 A and a quarter of the largest, the time is twice as long. A current of 0.5 A instead of
+ * 0.2 A deviates by only 0.3 A. */
 static void test_a_phase_without_its_current_is_lost(void)
 {
     const double dead = 4.0 / 3.0 * (7.5 + 0.9);
@@ -344,7 +350,7 @@ static void test_a_phase_without_its_current_is_lost(void)
         uint32_t is;
         float link, voltage, a, b; /* [V], [V], [A], [A] */
         ab_t reference;
-        double earliest, latest; /* [periods]; 0: never */
+        double earliest, latest; /* [periods]; 0: never reported */
     } cases[] = {
         {0u, 300.0f, 13.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 32.0, 48.0},
         {0u, 300.0f, 10.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 0.0, 0.0},
@@ -375,8 +381,8 @@ static void test_a_phase_without_its_current_is_lost(void)
     }
 }
 
-/* Speed control that chatters requests 6 A and -5.9 A in turn, on the mean for what flows; a is near its
- * zero. */
+/* The speed control alternates between requests of 6 A and -5.9 A, whose mean is the current that flows;
+ * the current of a is near its zero. */
 static void test_a_phase_near_zero_is_not_lost_while_the_reference_chatters(void)
 {
     for (uint32_t n = 0; n < 200u; n++) {
@@ -387,14 +393,15 @@ static void test_a_phase_near_zero_is_not_lost_while_the_reference_chatters(void
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
-/* 0.2 A that a catch lets flow past b's open wire are the same all through a window, by chance: no stuck
- * sensor, for b is fed and carries none. Two such windows are one, and so is one where b is not fed. */
+/* In a catch 0.2 A flow beside the open wire of b, and by chance they are equal all through a window. This
+ * is no stuck sensor, because voltage is applied to b and it carries no current. Two such windows are
+ * reported as a stuck sensor, and so is one window in which no voltage is applied to b. */
 static void test_a_current_past_an_open_wire_may_stay_for_some_periods(void)
 {
     const uint32_t stays[] = {WINDOW, 2u * WINDOW, WINDOW};
     for (uint32_t n = 0; n < 3u; n++) {
         setUp();
-        const float beta = n == 2u ? 29.0f : -60.0f; /* b: minus 25 V and 0.87 of it */
+        const float beta = n == 2u ? 29.0f : -60.0f; /* b has minus 25 V and 0.87 of beta */
         for (uint32_t m = 0; m < 60u; m++) {
             const bool still = m >= 31u && m < 32u + stays[n];
             const float noise = still ? 0.0f : 0.02f * (float)(1u + m % 3u);
@@ -417,9 +424,10 @@ static void test_three_currents_must_add_up_to_zero(void)
     TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_SUM, seen & CURRENT_WATCH_SUM);
 }
 
-/* An open wire shows noise; a value that does not move at all is the fault of a sensor. The other two phases
- * carry 3 A, the reference of this phase is 2 A, and its voltage is more than the dead time's and less than
- * that and R i of 3 A, so that nothing else judges it. With noise it is a loss. */
+/* An open wire shows noise; a value that does not change at all is the fault of a sensor. The other two
+ * phases carry 3 A, the reference of this phase is 2 A, and its voltage is larger than that of the dead
+ * time and smaller than this plus R i of 3 A, so that no other criterion applies. With noise it is
+ * reported as a loss. */
 static void test_a_value_that_does_not_move_at_all_is_no_open_wire(void)
 {
     const ab_t axis[] = {{2.0f, 0.0f}, {-1.0f, 1.7320508f}, {-1.0f, -1.7320508f}};
@@ -440,8 +448,8 @@ static void test_a_value_that_does_not_move_at_all_is_no_open_wire(void)
     }
 }
 
-/* Returns the periods until the watch warns of a phase that carries no current on this voltage [V]; 0: it
- * does not within 400. */
+/* The number of periods until the watch warns of a phase without current at this voltage [V]; 0 if it does
+ * not within 400 periods. */
 static uint32_t periods_until_maybe(float voltage)
 {
     for (uint32_t n = 0; n < 400u; n++) {
@@ -459,8 +467,8 @@ static uint32_t periods_until_maybe(float voltage)
     return 0u;
 }
 
-/* The warning requires a tenth of 2.6 psi_f; of 30 V the dead time may take 22.4 V where none of the three
- * currents has a certain sign. A window has 8 periods, and the first is not judged. */
+/* The warning requires a tenth of 2.6 psi_f. The dead time may take 22.4 V of the 30 V if the signs of all
+ * three currents are uncertain. A window has 8 periods, and the first window is not judged. */
 static void test_a_tenth_of_the_flux_in_a_phase_without_current_is_a_warning(void)
 {
     const double expected = 0.1 * 2.6 * 0.183 / (30.0 - 2.0 * 4.0 / 3.0 * (7.5 + 0.9)) / PERIOD;
@@ -468,9 +476,10 @@ static void test_a_tenth_of_the_flux_in_a_phase_without_current_is_a_warning(voi
     TEST_ASSERT_TRUE(until >= (uint32_t)expected && until <= (uint32_t)expected + 17u);
 }
 
-/* The sensors have 0.6 of their gain, and the current rises some windows after its reference has. The ratio
- * must exceed its limit in two windows. A step of the reference counts in its own window and in the two after
- * it: a rise that begins one window later has two of these, one that begins two windows later has one. */
+/* The sensors have 0.6 of their gain, and the current rises some windows after its reference. The ratio
+ * must exceed its limit in two windows. The watch judges the window in which the reference steps and the
+ * two windows after it. If the rise begins one window after the step, two windows of it are judged; if it
+ * begins two windows after the step, only one is. */
 static void test_a_gain_is_judged_in_the_window_of_a_step_and_the_two_after_it(void)
 {
     for (uint32_t later = 0; later < 4u; later++) {
@@ -486,9 +495,9 @@ static void test_a_gain_is_judged_in_the_window_of_a_step_and_the_two_after_it(v
     }
 }
 
-/* The values alternate between x and -x from one window to the next, without a voltage: their change changes
- * by 4 x. The mean noise follows the square of that by 5 % a window, limited to a tenth of the shortest Dp^2,
- * which is (3 % of 20 A)^2. */
+/* The values alternate between x and -x from one window to the next, without a voltage, so that their
+ * change varies by 4 x. The mean noise follows the square of this by 5 % per window, limited to a tenth of
+ * the shortest Dp^2, which is (3 % of 20 A)^2. */
 static void test_the_mean_noise_follows_the_square_of_what_no_voltage_makes(void)
 {
     const double amplitudes[] = {0.05, 0.2};
@@ -497,8 +506,8 @@ static void test_the_mean_noise_follows_the_square_of_what_no_voltage_makes(void
         const double x = amplitudes[n];
         for (uint32_t m = 0; m < 23u * WINDOW; m++) {
             const float a = (float)(m / WINDOW % 2u == 0u ? x : -x);
-            watch.noise =
-                m == 3u * WINDOW ? 0.0f : watch.noise; /* the first windows have others before them */
+            /* Before the first windows there was another current. */
+            watch.noise = m == 3u * WINDOW ? 0.0f : watch.noise;
             judge((ab_t){0.0f, 0.0f}, (abc_t){a, -a, 0.0f}, (ab_t){0.0f, 0.0f});
         }
         const double square = fmin(16.0 * x * x, 0.1 * 0.6 * 0.6);
@@ -506,8 +515,8 @@ static void test_the_mean_noise_follows_the_square_of_what_no_voltage_makes(void
     }
 }
 
-/* The limit of no current is 0.75 % of 20 A, 0.15 A: a phase lacks current if it shows less at the last
- * window's end and now, and its reference is larger. */
+/* The limit for no current is 0.75 % of 20 A, 0.15 A. A phase lacks current if it shows less at the end of
+ * the last window and now, and its reference is larger. */
 static void test_a_phase_lacks_current_that_had_none_at_the_last_window_either(void)
 {
     for (uint32_t phase = 0; phase < 3u; phase++) {
@@ -515,7 +524,7 @@ static void test_a_phase_lacks_current_that_had_none_at_the_last_window_either(v
             const float before[] = {(n & 1u) != 0u ? 0.16f : -0.14f, 3.0f, -3.0f};
             const float now[] = {(n & 2u) != 0u ? -0.16f : 0.14f, 3.0f, -3.0f};
             const float asked[] = {(n & 4u) != 0u ? 0.14f : -0.16f, 3.0f, -3.0f};
-            const uint32_t b = (4u - phase) % 3u; /* which of them the phases b and a have */
+            const uint32_t b = (4u - phase) % 3u; /* which of the currents phases b and a have */
             const uint32_t a = (3u - phase) % 3u;
             const uint32_t c = (5u - phase) % 3u;
             setUp();
@@ -528,8 +537,8 @@ static void test_a_phase_lacks_current_that_had_none_at_the_last_window_either(v
     }
 }
 
-/* A loss requires 32 periods without current in succession. Here are 24, a window that ends with 1 A, and 24
- * again; the first window is not judged. */
+/* A loss requires 32 successive periods without current. The test has 24 of them, a window that ends with
+ * 1 A, and 24 again; the first window is not judged. */
 static void test_a_window_with_current_ends_the_time_without_current(void)
 {
     for (uint32_t n = 0; n < 64u; n++) {

@@ -22,7 +22,7 @@ static uint32_t word_at(const uint16_t *octets)
            (uint32_t)octets[3] << 24;
 }
 
-/* Every slot of every period differs from every other. */
+/* Every slot in every period has another value. */
 static uint32_t value_of(uint32_t period, uint32_t slot)
 {
     return (period * SLOTS + slot) * UINT32_C(2654435761);
@@ -36,7 +36,7 @@ static void sample(uint32_t period)
     daq_sample(&daq, source, period);
 }
 
-/* One list of one ODT with these slots of the source. */
+/* Allocates one list with one ODT that has these slots of the source. */
 static void list_of(uint32_t list, const uint32_t *slots, uint32_t count)
 {
     TEST_ASSERT_EQUAL(DAQ_DONE, daq_alloc_entries(&daq, list, 0u, count));
@@ -78,7 +78,7 @@ static void test_a_sample_is_the_slots_of_its_period(void)
     TEST_ASSERT_EQUAL_UINT32(0u, daq.lost);
 }
 
-/* Up to DAQ_CELLS samples wait; one more is lost, and no other, and the overload is reported once. */
+/* Up to DAQ_CELLS samples wait. One sample more is lost, but no other, and the overload is reported once. */
 static void test_a_full_queue_loses_whole_samples_and_counts_them(void)
 {
     make(1u);
@@ -103,7 +103,8 @@ static void test_a_full_queue_loses_whole_samples_and_counts_them(void)
     TEST_ASSERT_EQUAL_UINT32(2u, daq.lost);
 }
 
-/* A sample whose first packet is on its way keeps its place in the queue until its last one is. */
+/* A sample whose first packet has been taken keeps its place in the queue until its last packet has been
+ * taken. */
 static void test_a_sample_of_two_packets_is_not_torn(void)
 {
     TEST_ASSERT_EQUAL(DAQ_DONE, daq_alloc_lists(&daq, 1u));
@@ -118,7 +119,7 @@ static void test_a_sample_of_two_packets_is_not_torn(void)
     for (uint32_t period = 8u; period < 8u + DAQ_CELLS; period++) {
         sample(period);
     }
-    TEST_ASSERT_EQUAL_UINT32(1u, daq.lost); /* of the queue's places one was still taken */
+    TEST_ASSERT_EQUAL_UINT32(1u, daq.lost); /* one place of the queue was still occupied */
     TEST_ASSERT_EQUAL_UINT32(5u, daq_next(&daq, daq.put, packet));
     TEST_ASSERT_EQUAL_UINT32(1u, packet[0]);
     TEST_ASSERT_EQUAL_HEX32(value_of(7u, 1u), word_at(packet + 1));
@@ -150,7 +151,7 @@ static void test_limits_of_the_requests(void)
     TEST_ASSERT_EQUAL_UINT32(1u, daq.list[0].prescaler);
     TEST_ASSERT_EQUAL(DAQ_OUT_OF_RANGE, daq_select(&daq, 1u));
     TEST_ASSERT_EQUAL(DAQ_OUT_OF_RANGE, daq_write(&daq, 0u, 0u, 0u, 0u));
-    TEST_ASSERT_EQUAL(DAQ_INCOMPLETE, daq_start(&daq, 1u)); /* a list of nothing */
+    TEST_ASSERT_EQUAL(DAQ_INCOMPLETE, daq_start(&daq, 1u)); /* a list without entries */
     TEST_ASSERT_EQUAL(DAQ_OUT_OF_RANGE, daq_start(&daq, 2u));
 }
 

@@ -1,5 +1,5 @@
-/* Numbers of docs/theory.md, 12, and of the stand-in power module: 311 V, 100 us, turn-on 0.7 us, turn-off
- * 0.9 us; and its six-vector picture, integrated here in double precision. */
+/* Numbers from docs/theory.md, 12, and from the module that the plant simulates: 311 V, 100 us, turn-on
+ * 0.7 us, turn-off 0.9 us; and the six-vector diagram, integrated in double precision. */
 #include "fast/inverter/dead_time.h"
 #include "tests/unit/vectors.h"
 
@@ -11,10 +11,10 @@ static const dead_time_params_t PARAMS = {.dead_time = 2.5e-6f,
                                           .gain = 1.0f,
                                           .period = 1e-4f};
 
-/* Voltages up to 13 V, five roundings. */
+/* The limit is five roundings of voltages up to 13 V. */
 #define TOLERANCE (5.0 * 16.0 / 16777216.0)
 
-/* Error of one leg with its sign certain [V]. */
+/* Error of one leg whose current has a certain sign [V]. */
 static const double LEG = 2.3e-6 / 1e-4 * 311.0 + 0.875;
 
 static double complex lost(const dead_time_params_t *params, double amplitude, double angle, double u_dc)
@@ -44,8 +44,9 @@ static void test_is_the_sum_of_its_legs_in_and_out_of_the_zone(void)
     }
 }
 
-/* Each edge has its own half of the loss: zone 0.4 A, so that 0.1 -+ 0.2 A are signs of -1/4 and 3/4; where
- * one edge is clear of it on this side and the other on that one, nothing is lost. */
+/* Each edge has its own half of the loss. With a zone of 0.4 A the currents at the two edges, 0.1 -+ 0.2
+ * A, have the signs -1/4 and 3/4. If one edge is beyond the zone on one side and the other edge on the
+ * other side, nothing is lost. */
 static void test_each_edge_loses_half_by_its_own_current(void)
 {
     const dead_time_tuning_t dead_time = dead_time_prepare(&PARAMS);

@@ -1,5 +1,5 @@
-/* EMFs of a turning rotor, plus the error of three legs with their signs if the assumed dead time is wrong:
- * expected values from that algebra alone. */
+/* The input is the EMF of a turning rotor plus the error of the three legs that a wrong assumed dead time
+ * causes, each with the sign of its current. The expected values follow from this algebra alone. */
 #include "medium/adapt/dead_time_learn.h"
 #include "tests/unit/vectors.h"
 
@@ -7,7 +7,7 @@
 #define EVERY  4u
 #define LINK   311.0
 #define PSI    0.183
-#define TRUE   0.023 /* T_e/T */
+#define TRUE   0.023 /* T_e/T, true value */
 #define BAND   0.025
 #define RATE   4.0
 
@@ -26,15 +26,15 @@ typedef struct {
     double omega;     /* [rad/s] electrical */
     double theta;     /* [rad] */
     double current;   /* [A] */
-    double ahead;     /* of the current before the d axis [rad] */
-    double fifth;     /* harmonic of the EMF [-] */
-    double seventh;   /* the same [-] */
-    double dwells;    /* by which the current's direction lags and leads six times a turn [rad] */
-    double noise;     /* of a sensor, from which the assumed signs are taken [A] */
-    double known;     /* the same as the calibration has measured it [A] */
-    uint32_t periods; /* [periods] since it began */
-    ab_t emf;         /* share of the means so far [V] */
-    ab_t mean;        /* the same of the current [A] */
+    double ahead;     /* [rad] by which the current leads the d axis */
+    double fifth;     /* [-] fifth harmonic of the EMF */
+    double seventh;   /* [-] seventh harmonic of the EMF */
+    double dwells;    /* [rad] by which the direction of the current lags and leads six times per turn */
+    double noise;     /* [A] noise of a sensor, which affects the assumed signs */
+    double known;     /* [A] noise of a sensor as the calibration has measured it */
+    uint32_t periods; /* [periods] since the begin of the means */
+    ab_t emf;         /* [V] sum for the mean of the EMF */
+    ab_t mean;        /* [A] sum for the mean of the current */
     dead_time_learn_t learn;
 } world_t;
 
@@ -63,7 +63,7 @@ void setUp(void)
     world.ahead = 0.5 * PI;
 }
 
-/* The parameters are the true values. */
+/* The parameters have the true values. */
 static void know(void)
 {
     dead_time_learn_params_t params = PARAMS;
@@ -76,8 +76,8 @@ static double sign_of(double complex current, double axis)
     return creal(current * cexp(-J * axis)) < 0.0 ? -1.0 : 1.0;
 }
 
-/* Mean of the sign of a phase whose current at an edge has the mean square 0.625 s^2 of noise, or twice this
- * in the phase that is the sum of two sensors. */
+/* The mean of the sign of a phase. Where the current of the phase crosses zero it has noise with the mean
+ * square 0.625 s^2, or twice this in the phase that is the sum of two sensors. */
 static double mean_sign_of(double complex current, int32_t phase)
 {
     const double axis = 2.0 * PI / 3.0 * phase;
@@ -85,7 +85,7 @@ static double mean_sign_of(double complex current, int32_t phase)
     return erf(creal(current * cexp(-J * axis)) / spread);
 }
 
-/* The three signs as a vector, amplitude-invariant, or their mean with the noise of the sensors. */
+/* The three signs as a vector (amplitude-invariant), or their mean if the sensors have noise. */
 static double complex signs_of(double complex current, bool noisy)
 {
     double complex sum = 0.0;
@@ -119,7 +119,8 @@ static period_t next(void)
     };
 }
 
-/* A period of the drive: its share of the means, and with the last of them their step. */
+/* A period of the drive: it adds to the means, and with the last period of the means the learning makes
+ * its step. */
 static void step(const period_t *input)
 {
     const float share = 1.0f / (float)EVERY;
@@ -142,7 +143,7 @@ static double off(void)
     return (double)world.learn.effective / TRUE - 1.0;
 }
 
-/* The same for the learnt value, used or not. */
+/* The relative error of the learnt value, whether it is used or not. */
 static double unlearnt(void)
 {
     return (double)world.learn.learnt / TRUE - 1.0;
@@ -156,8 +157,7 @@ static void turn(double seconds)
     }
 }
 
-/* The rest of an error [-] after this number of seconds of learning, by the law of the rate in small steps.
- */
+/* The remaining error [-] after this number of seconds of learning, by the law of the rate in small steps. */
 static double left_after(double seconds, double share)
 {
     double rate = RATE;
@@ -169,8 +169,9 @@ static double left_after(double seconds, double share)
     return left;
 }
 
-/* Of the twelfth harmonic the mean, which turns with the rotor and follows at omega, takes 1/(1 + 144): so
- * much slower than the rate, and half a turn of ripple. The rate begins where the learnt value is used. */
+/* The twelfth harmonic of the error rotates with the rotor, and its mean follows with a time constant of
+ * 1/omega. Learning is therefore slower than the rate by a share of 1/(1 + 144), with a ripple of half a
+ * turn. The rate begins when the learnt value is used. */
 static void test_error_falls_with_the_rate(void)
 {
     static const double speeds[] = {42.0, 70.0, 90.0};
@@ -192,8 +193,9 @@ static void test_error_falls_with_the_rate(void)
     }
 }
 
-/* Fifth and seventh harmonics of the EMF, of either sign, at one speed, driving and braking, with the current
- * in line with the EMF or across: they have no twelfth harmonic, so nothing is learnt of them. */
+/* The EMF has fifth and seventh harmonics of either sign, at one speed, driving and braking, with the
+ * current in line with the EMF or across it. They have no twelfth harmonic, so that nothing is learnt from
+ * them. */
 static void test_harmonics_of_the_emf_are_no_dead_time(void)
 {
     static const double harmonics[][2] = {{0.03, 0.02}, {-0.03, -0.02}, {-0.03, 0.02}, {0.01, 0.005}};
@@ -214,8 +216,8 @@ static void test_harmonics_of_the_emf_are_no_dead_time(void)
     }
 }
 
-/* A current whose direction dwells between its zero crossings and hurries through them, as one that is
- * compensated too much does, or the other way round. */
+/* The direction of the current moves slowly between the zero crossings and fast through them, as with too
+ * much compensation, or the other way round. */
 static void test_an_uneven_current_teaches_the_same(void)
 {
     static const double dwells[] = {0.12, -0.12};
@@ -229,8 +231,9 @@ static void test_an_uneven_current_teaches_the_same(void)
     }
 }
 
-/* While it learns quickly, noise may make 0.016 of the band of it: the parameters hold. At a tenth of the
- * rate it is 0.005, and the learnt value replaces the parameters, unless it is less than that. */
+/* While the drive learns fast, noise may make 0.016 of the dead band, and the parameters are used. At a
+ * tenth of the rate noise makes 0.005; the learnt value then replaces the parameters if it differs by more
+ * than that. */
 static void test_only_what_is_more_than_chance_is_used(void)
 {
     world.learn.tuning.effective = (float)(TRUE - 0.012 * BAND);
@@ -246,8 +249,8 @@ static void test_only_what_is_more_than_chance_is_used(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, off());
 }
 
-/* At 600 rad/s the twelfth harmonic turns by 2.9 rad from step to step, which is nearly half a turn; at
- * 380 rad/s by 1.8. The small psi_f makes both EMFs small enough to be evaluated. */
+/* At 600 rad/s the twelfth harmonic rotates by 2.9 rad from step to step, almost half a turn; at 380 rad/s
+ * by 1.8 rad. psi_f is small so that both EMFs are small enough to be evaluated. */
 static void test_a_speed_too_high_for_the_steps_teaches_nothing(void)
 {
     dead_time_learn_params_t params = PARAMS;
@@ -267,13 +270,13 @@ static void test_a_speed_too_high_for_the_steps_teaches_nothing(void)
     }
 }
 
-/* Noise of the sensors makes the edges of the assumed signs round, not those of the true ones. V is learnt
- * too large by the share of the twelfth harmonic that is missing: the mean of 1 - exp(-45 s_j^2/i^2), with
- * twice the s^2 in the third phase. Where this exceeds 3 % and the noise is known, nothing is learnt. */
+/* Noise of the sensors smooths the edges of the assumed signs, but not those of the true ones. V is learnt
+ * too large by the missing share of the twelfth harmonic: the mean of 1 - exp(-45 s_j^2/i^2), with twice
+ * the s^2 in the third phase. If this mean exceeds 3 % and the noise is known, nothing is learnt. */
 static void test_noise_is_not_learnt_as_dead_time(void)
 {
     static const struct {
-        double times; /* current over noise [-] */
+        double times; /* [-] current divided by noise */
         bool known, learns;
     } cases[] = {{30.0, false, true}, {44.0, true, false}, {46.0, true, true}, {17.0, true, false}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
@@ -290,7 +293,7 @@ static void test_noise_is_not_learnt_as_dead_time(void)
     }
 }
 
-/* Below 0.85 of the dead band's voltage by the square of the EMF. */
+/* If the EMF is below 0.85 of the voltage of the dead band, the rate decreases with the square of the EMF. */
 static void test_slower_where_the_emf_is_small(void)
 {
     world.omega = 0.55 * BAND * LINK / PSI;
@@ -304,8 +307,8 @@ static void test_slower_where_the_emf_is_small(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * expected, expected, -log(unlearnt() / before));
 }
 
-/* One value is wrong in each period: the EMF or current of the drive is multiplied by a factor, or speed,
- * reference or link voltage differ. */
+/* One value is wrong in each period: the EMF or current of the drive is multiplied by a factor, or its
+ * speed, reference or link voltage is different. */
 static void test_an_invalid_measurement_changes_nothing(void)
 {
     static const struct {
@@ -343,8 +346,8 @@ static void test_an_invalid_measurement_changes_nothing(void)
     }
 }
 
-/* Frozen samples: the current is constant, for any EMF. The periods until that is seen are as many
- * as are kept of the current's direction. */
+/* Frozen samples: the current is constant for any EMF. This is detected after as many periods as
+ * directions of the current are stored. */
 static void test_nothing_is_learnt_from_a_constant_current(void)
 {
     turn(0.2);
@@ -364,8 +367,8 @@ static void test_nothing_is_learnt_from_a_constant_current(void)
     TEST_ASSERT_EQUAL_FLOAT(before, world.learn.effective);
 }
 
-/* With an EMF as if the legs lost voltage without limit, the learnt value ends at 1.7 dead bands; with an EMF
- * as if they added voltage, at zero. */
+/* With an EMF as if the legs lost voltage without limit, the learnt value ends at 1.7 dead bands; with an
+ * EMF as if they added voltage, it ends at zero. */
 static void test_limits(void)
 {
     for (int32_t n = 0; n < 2; n++) {
@@ -384,8 +387,8 @@ static void test_limits(void)
     }
 }
 
-/* The value remains if other coefficients change, but not if its own parameters change or if learning is off.
- */
+/* The learnt value is kept if other coefficients change, but not if its own parameters change or if
+ * learning is off. */
 static void test_what_is_learnt_stays_until_the_parameters_change(void)
 {
     turn(2.0);
@@ -403,8 +406,8 @@ static void test_what_is_learnt_stays_until_the_parameters_change(void)
     TEST_ASSERT_EQUAL_FLOAT(0.02f, world.learn.effective);
 }
 
-/* The parameters change, and the rotor has turned by half a turn at the next step: the mean EMF begins again
- * with that step, or it would point the other way. */
+/* The parameters change, and the rotor has turned by half a turn at the next step. The mean of the EMF
+ * must begin again with that step; otherwise it would have the opposite direction. */
 static void test_with_other_parameters_the_means_begin_again(void)
 {
     turn(0.1);

@@ -1,8 +1,10 @@
-/* The inequalities of the header, each just inside, at and just outside its limit. Limits: a current of 0.2
- * of the largest, an EMF of four leg losses, 5 mrad, a detector of 0.1, a miss of 0.2 of the
- * speed, 0.1 with a light rotor, 30 rad/s; where the acceleration is known 0.1 of the largest, 3 rad/s,
- * and a load that turns the rotor by 20 mrad in 5 ms when it turns round, or an acceleration that is not as
- * foreseen by as much. */
+/* The inequalities of the header, each just inside, at and just outside its limit.
+ *
+ * Limits in a steady drive: 0.2 of the largest current; an EMF of four leg losses; 5 mrad; a detector of 0.1;
+ * a speed error of 0.2 (0.1 for a light rotor); 30 rad/s.
+ *
+ * Limits with a known acceleration: 0.1 of the largest current; 3 rad/s; a load, or an unexpected
+ * acceleration, that turns the rotor by 20 mrad in 5 ms at a reversal. */
 #include "fast/inverter/doubt.h"
 
 #include "tests/unit/compare.h"
@@ -28,13 +30,13 @@ static void begin(const doubt_params_t *params)
     doubt_init(&doubt);
 }
 
-/* Phase a carries `largest`, b almost nothing: a doubtful voltage in a steady drive. */
+/* Phase a carries `largest`, b almost nothing: the voltage is uncertain in a steady drive. */
 static ab_t largest_of(float largest)
 {
     return (ab_t){largest, 0.577350269f * largest};
 }
 
-/* Phase a carries `smallest`, b and c much more. */
+/* Phase a carries `smallest`, b and c carry much more. */
 static ab_t smallest_of(float smallest)
 {
     return (ab_t){smallest, 3.0f};
@@ -54,17 +56,17 @@ void setUp(void)
     };
 }
 
-/* The result depends on this input alone. */
+/* Whether the voltage is uncertain; the result depends on this input alone. */
 static bool doubted(void)
 {
     doubt.left = 0u;
     return doubt_step(&doubt, &tuning, &input);
 }
 
-/* One value just below a limit, at it, just above it. */
+/* Tests one value just below a limit, at it, and just above it. */
 static void expect_around(float *value, float limit, bool below, bool at, bool above)
 {
-    const float towards = limit < 0.0f ? -1e9f : 1e9f; /* above: of the amount */
+    const float towards = limit < 0.0f ? -1e9f : 1e9f; /* "above" means a larger magnitude */
     *value = nextafterf(limit, 0.0f);
     TEST_ASSERT_EQUAL(below, doubted());
     *value = limit;
@@ -73,7 +75,7 @@ static void expect_around(float *value, float limit, bool below, bool at, bool a
     TEST_ASSERT_EQUAL(above, doubted());
 }
 
-/* The same of an amount, in either sign. */
+/* Tests the magnitude of a value in the same way, with either sign. */
 static void expect_around_amount(float *value, float limit, bool below, bool at, bool above)
 {
     expect_around(value, limit, below, at, above);
@@ -82,8 +84,8 @@ static void expect_around_amount(float *value, float limit, bool below, bool at,
 
 /* ---- the voltage ---- */
 
-/* Where one zone, 0.1 A, is a fifth of the largest current. By the slowest, for the memory of a crossing
- * counts into the part of a turn, too. */
+/* At 0.5 A one zone, 0.1 A, is a fifth of the largest current. The speed is the slowest one, because the
+ * memory of a crossing counts as part of the turn, too. */
 static void test_largest_current_below_at_above_what_makes_one_zone_a_part_of_the_turn(void)
 {
     tuning.share_per_speed = 0.0f;
@@ -93,7 +95,8 @@ static void test_largest_current_below_at_above_what_makes_one_zone_a_part_of_th
     }
 }
 
-/* The largest, whichever phase it is: here b or c, at 0.45 A of a, whose 0.866 beta makes up for it. */
+/* The largest current may be in any phase: in this test it is in b or c, with 0.45 A in a, for which 0.866
+ * beta compensates. */
 static void test_every_phase_counts_as_the_largest(void)
 {
     tuning.share_per_speed = 0.0f;
@@ -107,8 +110,9 @@ static void test_every_phase_counts_as_the_largest(void)
     }
 }
 
-/* Smallest current and EMF; with |e| largest = 128 VA and a leg of 8 V the zone's limit is 0.005 128/8 = 0.08
- * A; detector and speed of a steady drive. */
+/* The first conditions are the EMF and the smallest current: with |e| largest = 128 VA and a leg loss of 8
+ * V the limit of the zone is 0.005 x 128/8 = 0.08 A. The other conditions of a steady drive are the
+ * detector and the speed. */
 static void test_each_condition_of_a_steady_drive_below_at_above(void)
 {
     expect_around(&input.amplitude, 4.0f * LEG, true, false, false);
@@ -149,8 +153,8 @@ static void expect_around_miss(float acceleration, float share)
     }
 }
 
-/* A fifth, and of a light rotor a tenth: in 5 ms the limit of current turns it by 20 mrad, by 1600
- * rad/s^2. */
+/* The limit is a fifth, and a tenth for a light rotor, which the current limit turns by 20 mrad in 5 ms,
+ * with 1600 rad/s^2. */
 static void test_speed_miss_below_at_above_a_fifth_or_a_tenth(void)
 {
     expect_around_miss(PARAMS.acceleration, 0.2f);
@@ -158,9 +162,9 @@ static void test_speed_miss_below_at_above_a_fifth_or_a_tenth(void)
     expect_around_miss(1601.0f, 0.1f);
 }
 
-/* ---- or one whose acceleration is known ---- */
+/* ---- when the loop may coast: a drive whose acceleration is known ---- */
 
-/* Steady by no means. */
+/* The drive is not steady by any of its conditions. */
 static void given_known_acceleration(void)
 {
     doubt_params_t params = PARAMS;
@@ -185,7 +189,7 @@ static void test_known_acceleration_needs_no_steady_drive_but_a_large_current_an
     expect_around(&input.current.alpha, 4.0f, false, false, true);
 }
 
-/* Twice 11.594 A at 69 rad/s^2 per ampere, 0.02 rad in 5 ms. */
+/* The limit is twice 11.594 A at 69 rad/s^2 per ampere, 0.02 rad in 5 ms. */
 static void test_known_acceleration_needs_a_small_load_below_at_above(void)
 {
     given_known_acceleration();
@@ -197,8 +201,8 @@ static void test_known_acceleration_needs_a_small_load_below_at_above(void)
     }
 }
 
-/* For a light rotor, 14640 rad/s^2: 20 mrad of 183 in 5 ms, a share of 0.10929. For a heavy rotor the miss
- * may exceed the whole value. */
+/* For a light rotor, with 14640 rad/s^2, the limit is 20 mrad of 183 mrad in 5 ms, a share of 0.10929. For
+ * a heavy rotor the error may exceed the whole value. */
 static void test_known_acceleration_needs_a_speed_gained_as_foreseen_below_at_above(void)
 {
     given_known_acceleration();
@@ -227,7 +231,8 @@ static void test_known_acceleration_needs_a_speed_gained_as_foreseen_below_at_ab
 
 /* ---- memory ---- */
 
-/* The doubtful period itself and those in whose memory it remains. */
+/* The number of periods in which the loop coasts: the uncertain period itself and the periods in which it
+ * is remembered. */
 static uint32_t coasted(void)
 {
     uint32_t count = doubted() ? 1u : 0u;
@@ -238,7 +243,8 @@ static uint32_t coasted(void)
     return count;
 }
 
-/* Three periods of the observer, and two time constants of an EMF filter above 200 rad/s: 2/(cutoff T). */
+/* The observer remembers for three periods, and an EMF filter above 200 rad/s for two time constants,
+ * 2/(cutoff T). */
 static void test_is_remembered_as_long_as_the_filter_does(void)
 {
     static const struct {
@@ -250,14 +256,15 @@ static void test_is_remembered_as_long_as_the_filter_does(void)
         doubt_params_t params = PARAMS;
         params.emf_cutoff = cases[n].cutoff;
         setUp();
-        input.omega_e = 9.0f; /* so slow that 102 periods of it leave the share a tenth */
+        input.omega_e = 9.0f; /* so slow that 102 periods are less than a tenth of the turn */
         begin(&params);
         TEST_ASSERT_EQUAL_UINT32(cases[n].periods, coasted());
     }
 }
 
-/* Of a turn at omega with the width w = 2 zone/|i| of each of six crossings and m periods of memory the loop
- * coasts for 6 (2 asin(zone/|i|) + omega m T)/(2 pi): a third at most, at every speed, zone and memory. */
+/* In a turn at omega with the width w = 2 zone/|i| of each of six crossings and m periods of memory, the
+ * loop coasts for the share 6 (2 asin(zone/|i|) + omega m T)/(2 pi). This share must be at most a third
+ * for every speed, every width of the zone and every m. */
 static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
 {
     static const double speeds[] = {9.0, 42.0, 150.0, 400.0, 700.0, 900.0, 1100.0, 3000.0};
@@ -274,7 +281,7 @@ static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
                 input.current = (ab_t){(float)(length * cos(angle)), (float)(length * sin(angle))};
                 coasts += doubt_step(&doubt, &tuning, &input) ? 1u : 0u;
             }
-            /* a crossing begins and ends with a period: up to two more of each */
+            /* A crossing begins and ends with a period, which adds up to two periods to each. */
             TEST_ASSERT_TRUE((double)coasts / periods <=
                              0.3334 + 6.0 * 2.0 * speeds[n] * 1e-4 / 6.28318530718);
         }

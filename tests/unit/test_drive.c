@@ -1,5 +1,5 @@
-/* The modules together: the values that pass from one to the next, and their timing. Each module has its own
- * test. */
+/* The modules together: the values that pass from one to another, and their timing. Each module has a test
+ * of its own. */
 #include "drive/drive.h"
 #include "math/float_bits.h"
 #include "settings/reasons.h"
@@ -15,8 +15,8 @@ void setUp(void)
 
 /* ---- from room to room ---- */
 
-/* 64 samples to settle and calibration_periods to average; the transition is made of the window that has the
- * last, and is shown a window later. */
+/* 64 samples for the settling and calibration_periods for the average. The window that contains the last
+ * sample decides the transition, which is shown a window later. */
 static void test_calibration_takes_exactly_its_time_and_gates_stay_off(void)
 {
     steps(64 + 512 - 1);
@@ -49,7 +49,7 @@ static void test_a_fault_calibrates_and_trims_again(void)
     expect_state(DRIVE_NOT_READY);
     windows(1 + (64 + 512) / DRIVE_WINDOW);
     expect_state(DRIVE_READY);
-    TEST_ASSERT_FLOAT_WITHIN(2e-5f, 0.5f, drive.fast.measure.offset.a); /* 512 roundings of 0.5 A at most */
+    TEST_ASSERT_FLOAT_WITHIN(2e-5f, 0.5f, drive.fast.measure.offset.a); /* at most 512 roundings of 0.5 A */
     TEST_ASSERT_TRUE(drive.medium.offset_trim.offset.alpha == 0.0f &&
                      drive.medium.offset_trim.offset.beta == 0.0f);
 }
@@ -77,7 +77,7 @@ static void test_a_low_link_and_the_fault_line_refuse_the_start(void)
     windows(1);
     TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, drive.medium.sequence.refusal);
     samples.flags &= ~DRIVE_SAMPLE_FAULT_LINE;
-    windows(26); /* 20 ms, and the one until it is shown */
+    windows(26); /* 20 ms, and one window until it is shown */
     expect_state(DRIVE_SWITCHED_ON);
 }
 
@@ -99,7 +99,7 @@ static void test_off_leaves_nothing_on_when_it_acts(void)
     TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.estimating);
 }
 
-/* Two counts a period are 12.57 rad/s; k_p 0.5 times that brakes, and standstill is below 2 rad/s. */
+/* Two counts per period are 12.57 rad/s, which k_p = 0.5 times this brakes; standstill is below 2 rad/s. */
 static void test_quick_stop_brakes_until_standstill(void)
 {
     bring_to_run();
@@ -112,7 +112,7 @@ static void test_quick_stop_brakes_until_standstill(void)
     TEST_ASSERT_TRUE(drive.fast.demand.current.q < -6.0f);
     for (int n = 0; n < 200 && drive.state == (int32_t)DRIVE_QUICK_STOP; n++) {
         const bool stood = fabsf(drive.window.omega_m) < 2.0f;
-        windows(1); /* the encoder is at standstill; its speed comes down to it */
+        windows(1); /* the encoder stands still, and its estimated speed decays */
         TEST_ASSERT_EQUAL(stood, drive.state == (int32_t)DRIVE_READY);
     }
     expect_state(DRIVE_READY);
@@ -120,14 +120,14 @@ static void test_quick_stop_brakes_until_standstill(void)
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
 }
 
-/* At the end of the window after the next. */
+/* The request takes effect at the end of the window after the next. */
 static void test_requests_reach_the_control(void)
 {
     bring_to_run();
     request_currents(-1.0f, 3.0f);
     windows(3);
     TEST_ASSERT_TRUE(drive.fast.demand.current.d == -1.0f && drive.fast.demand.current.q == 3.0f);
-    request_speed(0.0f); /* bumpless: the speed control goes on from 3 A */
+    request_speed(0.0f); /* without a jump: the speed control continues at 3 A */
     windows(3);
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 3.0f, drive.fast.demand.current.q);
     TEST_ASSERT_EQUAL_FLOAT(-1.0f, drive.fast.demand.current.d);
@@ -137,8 +137,9 @@ static void test_requests_reach_the_control(void)
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 3.0f + 0.5f * 10.0f, drive.fast.demand.current.q);
 }
 
-/* The lower switches alone from the first duties on, the gates a period later than else, and for this number
- * of periods more; a rotor whose current shows ends it. */
+/* The gates are switched on a period later than without charging. From the first duties on, and for this
+ * number of periods after the gates are on, only the lower switches conduct. A current of the rotor ends
+ * the charging. */
 static void test_gates_are_charged_before_anything_is_controlled(void)
 {
     for (int turns = 0; turns < 2; turns++) {
@@ -162,8 +163,8 @@ static void test_gates_are_charged_before_anything_is_controlled(void)
     }
 }
 
-/* Neither control keeps anything of earlier requests, and while the gates switch on, the references are
- * zero for any request. */
+/* Neither control keeps a value from earlier requests. While the gates switch on, the references are zero
+ * for any request. */
 static void test_every_start_is_from_rest(void)
 {
     for (int speed = 0; speed < 2; speed++) {
@@ -224,7 +225,7 @@ static void test_trip_goes_to_fault_at_once_and_freezes_what_was_seen(void)
     TEST_ASSERT_TRUE(drive.fault.theta_e == frame.theta_e && drive.fault.omega_e == frame.omega_e);
 }
 
-/* A rotor that its load drives on feeds the link after the fault. */
+/* A rotor that its load drives feeds the link after the fault. */
 static void test_a_link_that_rises_after_a_fault_does_not_take_its_place(void)
 {
     bring_to_run();
@@ -244,7 +245,7 @@ static void test_a_link_that_rises_after_a_fault_does_not_take_its_place(void)
 static void test_a_trip_without_the_interrupt_is_seen_in_the_flags(void)
 {
     bring_to_run();
-    windows(2); /* the rows of a running motor count when its setpoint acts */
+    windows(2); /* the conditions of a running motor apply when its setpoint acts */
     samples.flags |= DRIVE_SAMPLE_TRIPPED;
     steps(1);
     expect_fault(REASON_MODULE_FAULT);
@@ -260,19 +261,19 @@ static void test_a_trip_with_the_bridge_off_is_no_fault(void)
     expect_state(DRIVE_READY);
 }
 
-#define KEPT (CAPTURE_SLOTS / CAPTURE_COLUMNS) /* [periods] of the twelve rows */
+#define KEPT (CAPTURE_SLOTS / CAPTURE_COLUMNS) /* [periods] that are kept of the twelve rows */
 
-/* A slot of an earlier period; u_dc is the fourth of signals_history. */
+/* The value of a row this number of periods ago; u_dc is the fourth of signals_history. */
 static uint32_t kept(uint32_t ago, uint32_t slot)
 {
     return capture_row(&drive.capture, capture_count(&drive.capture) - 1u - ago)[slot];
 }
 
-/* The link rises by 0.125 V a period, so that each period can be identified. */
+/* The link rises by 0.125 V per period, so that each period can be identified. */
 static void test_history_ends_with_the_period_of_the_fault(void)
 {
     bring_to_run();
-    for (int n = 0; n <= 400; n++) { /* the last in the middle of a window */
+    for (int n = 0; n <= 400; n++) { /* the last period is in the middle of a window */
         samples.u_dc = 300.0f + 0.125f * (float)n;
         samples.flags |= n == 400 ? DRIVE_SAMPLE_TRIPPED : 0u;
         steps(1);
@@ -286,7 +287,7 @@ static void test_history_ends_with_the_period_of_the_fault(void)
     }
 }
 
-/* Its rows are of consecutive periods, also where a second fault comes soon after the first. */
+/* The rows of the history are of successive periods, also if a second fault follows soon after the first. */
 static void test_history_begins_again_with_the_reset(void)
 {
     bring_to_run();
@@ -307,7 +308,8 @@ static void test_history_begins_again_with_the_reset(void)
 
 /* ---- parameters ---- */
 
-/* There is no window yet at whose end it could act: no signal shows another motor. */
+/* Before the first period no window exists at whose end the set could take effect, so that it takes effect
+ * at once. No signal may show another motor. */
 static void test_an_offer_before_the_first_period_acts_at_once(void)
 {
     params.motor_inductance_d = params.motor_inductance_q = 0.004f;
@@ -317,9 +319,8 @@ static void test_an_offer_before_the_first_period_acts_at_once(void)
     TEST_ASSERT_EQUAL_FLOAT(0.004f, drive.tunings[drive.in_force].medium.inductance.inductance_q);
 }
 
-/* In each period of a window in which it is offered: no task uses the new set before the window's end; from
- * there
- * on both tasks have it, and the background has the other one. */
+/* The set is offered in each period of a window in turn. No task uses the new set before the end of the
+ * window; from then on both tasks have it, and the background has the old one. */
 static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
 {
     for (uint32_t into = 0; into < DRIVE_WINDOW; into++) {
@@ -340,7 +341,7 @@ static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
         TEST_ASSERT_TRUE(drive_idle_tuning(&drive) == &drive.tunings[before]);
         TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
         TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
-        steps(1); /* which begins with it */
+        steps(1); /* a window begins with this step */
         TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.fast.current_control.q.tuning.kp);
         windows(2);
         TEST_ASSERT_EQUAL_UINT32(before ^ 1u, drive.in_force);
@@ -348,8 +349,8 @@ static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
     }
 }
 
-/* The medium task has not begun with its window, or has not finished it: it may read the active tuning, which
- * the background must not get. The offer waits until it is. */
+/* The medium task has not begun with its window, or has not finished it: it may still read the active
+ * tuning, which the background must not get. The offer waits until the medium task has finished. */
 static void test_an_offer_waits_for_a_medium_task_that_is_late(void)
 {
     bring_to_run();
@@ -357,7 +358,8 @@ static void test_an_offer_waits_for_a_medium_task_that_is_late(void)
     for (uint32_t n = 0; n + 1u < DRIVE_WINDOW; n++) {
         TEST_ASSERT_FALSE(drive_step(&drive, &samples, &command));
     }
-    TEST_ASSERT_TRUE(drive_step(&drive, &samples, &command)); /* a window without a run of the medium task */
+    /* a window in which the medium task has not run. */
+    TEST_ASSERT_TRUE(drive_step(&drive, &samples, &command));
     const uint32_t before = drive.in_force;
     params.dc_undervoltage = 100.0f;
     offer_params();
@@ -374,7 +376,8 @@ static void test_an_offer_waits_for_a_medium_task_that_is_late(void)
     TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
 }
 
-/* The first period of the next setpoint locks the loop, which is long enough without a new tuning. */
+/* The first period of the next setpoint locks the loop. It must not contain the change of the tuning too,
+ * because its interrupt is already long. */
 static void test_an_offer_waits_for_a_setpoint_that_begins_something(void)
 {
     bring_to_run();
@@ -403,7 +406,7 @@ static void test_an_offer_withdrawn_is_not_taken(void)
     TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.medium.sequence.tuning.dc_undervoltage);
 }
 
-/* Every part gets its own coefficients: one of each part that depends on the set, calculated by hand. */
+/* For each part of the drive one coefficient that depends on the set, calculated by hand. */
 static void test_a_new_set_reaches_every_part(void)
 {
     bring_to_run();
@@ -442,10 +445,10 @@ static void test_a_new_set_reaches_every_part(void)
 
 /* ---- voltage ---- */
 
-/* A standing rotor, whose current does not answer: the control gets the applied voltage. Its integral goes
- * to this voltage, so that its output exceeds it by k_p times the error after 16 time constants L/R. The
- * longest
- * voltage is 2/3 0.92 311 V = 190.7 V, less 4/3 8.03 V that the inverter takes or more. */
+/* The rotor stands still, and its current does not respond. The control receives the voltage that was
+ * applied: its integral moves to this voltage, so that after 16 time constants L/R its output exceeds it
+ * by k_p times the error. The longest voltage is 2/3 x 0.92 x 311 V = 190.7 V, less at least the 4/3 x
+ * 8.03 V that the inverter takes. */
 static void test_control_gets_what_the_link_has_too_little_for(void)
 {
     bring_to_run();
@@ -458,22 +461,23 @@ static void test_control_gets_what_the_link_has_too_little_for(void)
     TEST_ASSERT_TRUE(u > 150.0 && u < 190.7 + 10.8);
 }
 
-/* The voltage computed at t_k acts one period later for one period: its frame is turned on by 1.5 T_s
- * omega_e. */
+/* The voltage computed at t_k acts one period later for one period: its frame is rotated forward by 1.5
+ * T_s omega_e. */
 static void test_voltage_is_placed_where_the_rotor_will_be(void)
 {
     bring_to_run();
     request_currents(0.0f, 0.0f);
     windows(2);
     turn(20, 3000); /* 125.66 rad/s, 1200 r/min */
-    /* no current: the integrators are at rest, the voltage is the EMF, psi_f omega_e on q */
+    /* Without a current the integrators are at rest, and the voltage is the EMF, psi_f omega_e on q. */
     const double omega_e = 4.0 * (20.0 * 2.0 * PI);
     const double angle = (double)drive.fast.demand.frame.theta_e + 1.5e-4 * omega_e;
     const double alpha =
         311.0 * (2.0 * (double)command.duty.a - (double)command.duty.b - (double)command.duty.c) / 3.0;
     const double beta = 311.0 * ((double)command.duty.b - (double)command.duty.c) / sqrt(3.0);
-    /* Half a count of each leg, 311 V/15000 = 20.7 mV: 4/3 of it in alpha, 2/sqrt(3) in beta; float
-     * arithmetic and 2e-6 of sin and cos on 92 V; one period of delay more or less would be 4.6 V. */
+    /* The limit is the sum of three parts: half a count of each leg, 311 V/15000 = 20.7 mV, of which 4/3
+     * appear in alpha and 2/sqrt(3) in beta; the float arithmetic; and 2e-6 of sin and cos on 92 V. One
+     * period of delay more or less would be 4.6 V. */
     TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, -0.183 * omega_e * sin(angle), alpha);
     TEST_ASSERT_DOUBLE_WITHIN(0.0240 + 0.01, 0.183 * omega_e * cos(angle), beta);
 }

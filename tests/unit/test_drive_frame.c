@@ -1,5 +1,5 @@
-/* The integrals of the current control when the manoeuvre changes the frame. Speed and current are zero and
- * the currents on their references, so that nothing else moves an integral. */
+/* The integrals of the current control when the manoeuvre changes the frame. Speed and current are zero,
+ * and the currents are at their references, so that an integral changes for no other reason. */
 #include "math/angle.h"
 #include "math/trig.h"
 #include "tests/unit/drive_bench.h"
@@ -15,16 +15,16 @@ static double complex integrals(void)
     return (double)drive.fast.current_control.d.integral + J * (double)drive.fast.current_control.q.integral;
 }
 
-#define OMEGA_E 400.0f /* [rad/s] that the loop claims: well above the hand-over's */
+#define OMEGA_E 400.0f /* [rad/s] speed that the loop reports, far above that of the hand-over */
 
-/* Integrals and feed-forward, of which the voltage is made without a current. */
+/* The sum of integrals and feed-forward, which is the voltage if no current flows. */
 static double complex made(void)
 {
     return integrals() + (double)drive.fast.demand.emf.d +
            (double complex)I * (double)drive.fast.demand.emf.q;
 }
 
-/* In the stationary frame. */
+/* The voltage in the stationary frame. */
 static double complex voltage(void)
 {
     return made() * cexp(J * (double)drive.fast.demand.frame.theta_e);
@@ -36,7 +36,7 @@ static void preset(float d, float q)
     drive.fast.current_control.q.integral = q;
 }
 
-/* Into operation with the encoder at this count, without a current request. */
+/* Brings the drive into operation with the encoder at this count, without a requested current. */
 static void given_operation(uint32_t count)
 {
     params.position_source = POSITION_ENCODER;
@@ -59,8 +59,8 @@ static void claim(void)
     drive.fast.estimator.estimate.omega_smooth = OMEGA_E;
 }
 
-/* The angle of the estimate differs from that of the encoder, and the EMF agrees with its speed, so that
- * the drive uses it: the voltage is the same in both frames. */
+/* Estimate and encoder show different angles. The EMF agrees with the speed of the estimate, so that the
+ * drive uses the estimate: the voltage vector must be the same in both frames. */
 static void test_voltage_stays_when_the_frame_turns(void)
 {
     for (int n = 0; n < 8; n++) {
@@ -89,8 +89,9 @@ static void test_voltage_stays_when_the_frame_turns(void)
     }
 }
 
-/* An encoder at standstill has no EMF, the estimate one of 400 rad/s: the integrals have held what the
- * encoder's does not explain, and give it back in the period in which the estimate's takes its place. */
+/* An encoder at standstill has no EMF, the estimate one of 400 rad/s. The integrals contain the voltage
+ * that the encoder's EMF does not explain. In the period in which the EMF of the estimate replaces that of
+ * the encoder, the integrals are reduced by the difference. */
 static void test_the_observed_emf_takes_the_place_of_the_integral(void)
 {
     given_operation(700u);
@@ -113,7 +114,7 @@ static void test_the_observed_emf_takes_the_place_of_the_integral(void)
     TEST_FAIL_MESSAGE("the source of the EMF has not changed");
 }
 
-/* Only in this case: while the frame continues, the integrals remain in it. */
+/* The frame continues, and the integrals remain in it. */
 static void test_integrals_go_on_with_the_frame(void)
 {
     given_operation(700u);
@@ -124,7 +125,7 @@ static void test_integrals_go_on_with_the_frame(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, cabs(integrals() - before));
 }
 
-/* An alignment begins after a catch: the values of the stationary frame are no longer valid. */
+/* An alignment begins after a catch: the integrals of the stationary frame are no longer valid. */
 static void test_integrals_are_zero_in_a_new_frame(void)
 {
     params.position_source = POSITION_SENSORLESS;
@@ -138,9 +139,9 @@ static void test_integrals_are_zero_in_a_new_frame(void)
     TEST_ASSERT_EQUAL_INT32(MANOEUVRE_ALIGN, drive.medium.manoeuvres.now);
     windows(1);
     preset(3.0f, -4.0f);
-    steps(1); /* in the window after the next it acts */
+    steps(1); /* it takes effect in the window after the next */
     TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, drive.fast.demand.change);
-    /* but for what its own period adds: R w T of the current that has risen by then */
+    /* The rest is the part of this period: R w T of the current that has risen by then. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, (0.95 + 0.0215) * 1000.0 * 1e-4 * (double)drive.fast.demand.current.d,
                               cabs(integrals()));
 }

@@ -1,4 +1,4 @@
-/* The drive on its estimator, with a machine at its terminals. */
+/* The drive on its estimate, with a machine at its terminals. */
 #include "drive/drive.h"
 #include "settings/reasons.h"
 #include "settings/signals.h"
@@ -6,11 +6,11 @@
 #include "tests/unit/rows.h"
 #include "tests/unit/vectors.h"
 
-/* The paper's motor at a speed that nothing disturbs, behind an inverter that loses the voltage of the
- * drive's model: solved for a constant speed within each period. What step k commands acts on [t_k+1, t_k+2).
- */
+/* The paper's motor at a speed that no torque changes, with an inverter that loses the voltage of the
+ * drive's model. It is solved exactly for a constant speed within each period. The command of step k acts
+ * on [t_k+1, t_k+2). */
 #define PERIOD 1e-4
-#define R      (0.95 + 0.0215) /* winding and devices */
+#define R      (0.95 + 0.0215) /* [ohm] winding and devices */
 #define L      0.0125
 #define PSI    0.183
 #define U_DC   311.0
@@ -18,13 +18,13 @@
 static struct {
     double theta_e, omega_e; /* electrical, at t_k */
     double acceleration;     /* [rad/s^2] electrical */
-    double flux, flux_end;   /* [Wb], goes there at 0.2 Wb/s */
-    double loss;             /* [V] of a leg whose current is certain */
+    double flux, flux_end;   /* [Wb] present and final flux; it changes by 0.2 Wb/s */
+    double loss;             /* [V] loss of a leg whose current has a certain sign */
     double noise;            /* [A] largest error of a current sample */
     double complex current;  /* [A] at t_k */
-    double complex duty;     /* acts from t_k on, if the gates are on */
+    double complex duty;     /* acts from t_k on if the gates are on */
     bool driven;
-    bool encoder_stands; /* its count is constant for any motion of the rotor */
+    bool encoder_stands; /* the count of the encoder is constant for any motion of the rotor */
     uint32_t random;
 } machine;
 
@@ -41,7 +41,7 @@ static double complex vector_of(double a, double b, double c)
     return (2.0 * a - b - c) / 3.0 + J * ((b - c) / sqrt(3.0));
 }
 
-/* As the model: each leg loses its share against its current, linearly within 50 mA. */
+/* As in the drive's model each leg loses its share against its current, linearly within 50 mA. */
 static double complex lost_at(double complex current, double leg)
 {
     double lost[3];
@@ -62,7 +62,7 @@ static double complex duty_of(const drive_command_t *of)
     return vector_of((double)of->duty.a, (double)of->duty.b, (double)of->duty.c);
 }
 
-/* Samples at t_k, the drive's step, and the machine on to t_k+1. */
+/* Samples at t_k, runs the drive's step, and moves the machine to t_k+1. */
 static void machine_step(void)
 {
     samples.i_a = (float)(phase_of(machine.current, 0) + noise());
@@ -99,7 +99,7 @@ static void machine_steps(uint32_t count)
     }
 }
 
-/* To the end of the window under way, and this number of more. */
+/* Runs to the end of the present window, and this number of windows more. */
 static void machine_windows(uint32_t count)
 {
     do {
@@ -108,7 +108,7 @@ static void machine_windows(uint32_t count)
     } while (count > 0u);
 }
 
-/* An inverter without loss, on the machine's side and on the drive's. */
+/* Makes the inverter lossless, in the machine and in the drive's parameters. */
 static void make_inverter_ideal(void)
 {
     params.turn_on_delay = 0.0f;
@@ -116,10 +116,10 @@ static void make_inverter_ideal(void)
     params.device_drop = 0.0f;
 }
 
-#define CATCH DRIVE_PERIODS(20e-3f) /* a catch takes no longer */
-#define ACTS  (2u * DRIVE_WINDOW)   /* from the end of a window to the period in which it acts */
-/* After a relock four times 2 ms have to agree, in whole windows, of which the catch ends one and begins
- * another. */
+#define CATCH DRIVE_PERIODS(20e-3f) /* longest duration of a catch */
+#define ACTS  (2u * DRIVE_WINDOW)   /* from the end of a window to the period in which its setpoint acts */
+/* After a relock the EMF must agree with the angle four times for 2 ms, each of which is counted in whole
+ * windows. Two windows more are the one in which the catch ends and the one after it. */
 #define PROVED ((4u * 3u + 2u) * DRIVE_WINDOW + ACTS)
 
 static void expect_manoeuvre(manoeuvre_t manoeuvre)
@@ -127,7 +127,7 @@ static void expect_manoeuvre(manoeuvre_t manoeuvre)
     TEST_ASSERT_EQUAL_INT32(manoeuvre, drive.medium.manoeuvres.now);
 }
 
-/* With `params`, at this speed, in mode current without a request: ready, not on. */
+/* A machine at this speed with `params`, in mode current without a request; the drive is ready and not on. */
 static void given_machine(double omega_e)
 {
     drive_init(&drive, &params);
@@ -147,19 +147,20 @@ static void given_running_machine(double omega_e, double i_q)
     expect_state(DRIVE_OPERATION_ENABLED);
 }
 
-/* Angle of the estimator against the machine at the instant of the last sample. */
+/* The angle of the estimator minus that of the machine at the instant of the last sample. */
 static double estimate_error(void)
 {
     return circle((double)drive.fast.estimator.estimate.frame.theta_e -
                   (machine.theta_e - machine.omega_e * PERIOD));
 }
 
-/* The estimator gets the voltage of the duties of two steps ago, minus the loss of the inverter: that of a
- * second inverter model (test_inverter.c) with the steps and samples of this drive. The currents,
- * the link and so the duties differ from step to step. Float: ten roundings of 200 V, 1.2e-4 V. */
+/* The estimator receives the voltage of the duties of two steps ago, less the loss of the inverter. The
+ * expected value comes from a second model of the inverter (test_inverter.c) with the steps and samples of
+ * this drive. Currents and link voltage, and with them the duties, differ from step to step. The limit is
+ * ten float roundings of 200 V, 1.2e-4 V. */
 static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
 {
-    params.offset_trim = 0.0f; /* the estimator gets the sample itself */
+    params.offset_trim = 0.0f; /* so that the estimator receives the sample itself */
     drive_init(&drive, &params);
     inverter_t beside;
     const inverter_tuning_t *tuning = &drive.tunings[drive.in_force].fast.inverter;
@@ -168,12 +169,12 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
     request_currents(0.0f, 5.0f);
     request(REQUEST_ON);
     for (int k = 0; k < 400; k++) {
-        const double complex current = k < 10 ? 0.0 : 4.0 * cexp(J * (0.37 * k)); /* hardly ever near zero */
+        const double complex current = k < 10 ? 0.0 : 4.0 * cexp(J * (0.37 * k)); /* rarely near zero */
         samples.i_a = (float)phase_of(current, 0);
         samples.i_b = (float)phase_of(current, 1);
         samples.u_dc = (float)(U_DC + 10.0 * sin(0.9 * k));
         const bool before_start = drive.fast.estimating == 0u;
-        const float omega_e = drive.fast.demand.frame.omega_e; /* of the period that ends now */
+        const float omega_e = drive.fast.demand.frame.omega_e; /* the speed in the period that ends now */
         turn(20, 1);
         const ab_t sampled = to_ab(current);
         beside.lost.per_zone = drive.fast.inverter.lost.per_zone; /* follows the link: test_leg_zone.c */
@@ -187,8 +188,9 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
     TEST_ASSERT_TRUE(drive.fast.estimating != 0u);
 }
 
-/* The current flows against its reference: what will be lost is judged by the reference, and made up for;
- * first within what the link has, then far beyond it. Half a count of each leg, 4/3 20.7 mV. */
+/* The current flows against its reference. The drive predicts the loss of the legs from the reference and
+ * compensates it. The test requests a voltage within the link voltage first, then one far beyond it. The
+ * limit is half a count of each leg, 4/3 x 20.7 mV. */
 static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_reference_loses(void)
 {
     bring_to_run();
@@ -211,9 +213,9 @@ static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_refer
     }
 }
 
-/* While the bridge was off the rotor has been turned and reversed: the estimator does not continue from its
- * last angle. The encoder's angle is right to half a step, 1.3 mrad, and its speed to 1.5 rad/s here; what is
- * left by that speed after 10 ms is below the 5 mrad that a reset may leave. */
+/* While the bridge was off the rotor has been turned and reversed: the estimator must not continue from
+ * its last angle. The angle of the encoder is right within half a step, 1.3 mrad, and its speed within 1.5
+ * rad/s; the error that this speed leaves after 10 ms is below the 5 mrad that a reset may leave. */
 static void test_estimator_starts_again_at_every_switching_on(void)
 {
     make_inverter_ideal();
@@ -226,7 +228,8 @@ static void test_estimator_starts_again_at_every_switching_on(void)
     machine.omega_e = -300.0;
     const estimate_t last = drive.fast.estimator.estimate;
     machine_steps(500);
-    TEST_ASSERT_EQUAL_MEMORY(&last, &drive.fast.estimator.estimate, sizeof last); /* it rests */
+    /* The estimator does not run. */
+    TEST_ASSERT_EQUAL_MEMORY(&last, &drive.fast.estimator.estimate, sizeof last);
     request(REQUEST_ON);
     machine_windows(SWITCHING_ON);
     expect_state(DRIVE_OPERATION_ENABLED);
@@ -237,13 +240,14 @@ static void test_estimator_starts_again_at_every_switching_on(void)
     TEST_ASSERT_EQUAL_UINT32(0u, drive.medium.estimate.invalid);
 }
 
-/* The control's angle goes on by omega T from period to period. The encoder's is right to its half step,
- * 1.257 mrad, the estimate to 0.3 mrad; in current that is nothing but noise: 4 A times 1.5 mrad. */
+/* The angle of the control continues by omega T from period to period. The angle of the encoder is right
+ * within half a step, 1.257 mrad, and the estimate within 0.3 mrad. In the current only noise is visible:
+ * 4 A times 1.5 mrad. */
 static void test_position_source_changes_live_without_a_bump(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         setUp();
-        params.inductance_adaptation = 0.0f; /* i_d is to stay zero */
+        params.inductance_adaptation = 0.0f; /* so that i_d remains zero */
         make_inverter_ideal();
         given_running_machine(way * 418.9, way * 4.0);
         machine_steps(4000);
@@ -271,8 +275,8 @@ static void test_position_source_changes_live_without_a_bump(void)
     }
 }
 
-/* In a catch the drive does not know whether the rotor turns: a quick stop waits until the rotor is caught,
- * and then until it is at standstill. 100 rad/s come to standstill within 0.5 s. */
+/* During a catch the drive does not know whether the rotor turns: a quick stop must wait until the rotor
+ * is caught, and then until it stands still. 100 rad/s come to standstill within 0.5 s. */
 static void test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand(void)
 {
     make_inverter_ideal();
@@ -291,7 +295,7 @@ static void test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand(void)
     machine.acceleration = -200.0;
     while (machine.omega_e > 0.0) {
         machine_step();
-        /* the mechanical speed that ends it, 2 rad/s, and what the estimate is behind by */
+        /* The mechanical speed at which the stop ends is 2 rad/s; the rest is the lag of the estimate. */
         TEST_ASSERT_TRUE(drive.state == (int32_t)DRIVE_QUICK_STOP || machine.omega_e < 4.0 * 3.0);
     }
     machine.acceleration = 0.0;
@@ -301,9 +305,9 @@ static void test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand(void)
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
 }
 
-/* Sensorless and settled: 1 s is eight time constants of the slowest loop used here. That one is
- * conventional; its integrator moves by less than half its last digit, 1.6e-5 rad/s, below 1.6e-5/(65 1e-4)
- * = 2.5 mrad. */
+/* The drive runs sensorless and has settled: 1 s is eight time constants of the slowest loop in this file.
+ * That loop is a conventional one; its integrator stops when it would change by less than half its last
+ * digit, 1.6e-5 rad/s, that is below 1.6e-5/(65 1e-4) = 2.5 mrad. */
 static void given_sensorless(double omega_e)
 {
     make_inverter_ideal();
@@ -314,8 +318,8 @@ static void given_sensorless(double omega_e)
     TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.0, estimate_error());
 }
 
-/* Half a turn off in one period, with the current's torque reversed: time until the guard reports it [s];
- * 0.1: it does not. */
+/* The rotor jumps by half a turn in one period, with the torque of the current reversed. Returns the time
+ * [s] until the guard reports it, 0.1 if it does not. */
 static double told_after(double way)
 {
     given_sensorless(way * 400.0);
@@ -328,7 +332,7 @@ static double told_after(double way)
     return (drive.fast.period - begin) * PERIOD;
 }
 
-/* Each of those rows turns off its own criterion; the lock has one too. */
+/* Each of these rows turns its own criterion off; the lock has a criterion of its own. */
 static void test_a_lost_lock_is_reported_whatever_criteria_are_off(void)
 {
     for (int32_t judged = 0; judged <= 1; judged++) {
@@ -337,14 +341,15 @@ static void test_a_lost_lock_is_reported_whatever_criteria_are_off(void)
                           "estimate_current_max=0 estimate_speed_min=0");
         params.lock_judged = judged;
         const double after = told_after(1.0);
-        /* 1.4 ms of the low-pass, up to the end of a window, and seven more: 5 ms */
+        /* 1.4 ms of the low-pass, up to the end of a window (0.4 ms), and seven windows (5.6 ms) for the 5
+         * ms. */
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, judged != 0 ? 1.4e-3 + 0.4e-3 + 5.6e-3 : 0.1, after);
     }
 }
 
-/* The EMF lies against the estimated axis. The low-pass of 5 ms falls from 1 through half within 5 ms
- * ln(2/1.5) = 1.4 ms, then it must last for 5 ms. It is caught at its angle, and one loss is not a fault, nor
- * are two. */
+/* The EMF opposes the estimated axis. The low-pass of 5 ms falls from 1 through one half within 5 ms
+ * ln(2/1.5) = 1.4 ms, and the condition must last for 5 ms. The rotor is caught at its angle; one loss is
+ * not a fault, and two losses are not either. */
 static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -372,11 +377,12 @@ static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
     }
 }
 
-/* 100 r/min, 5.76 A: the EMF is 7.67 V, a leg loses 8.03 V. A phase passes +-0.1 A in 0.2/(5.76 41.9) = 0.83
- * ms, six times a turn of 150 ms: 8.3 periods and 12 that remember. When the tracking loop coasts, the speed
- * of the estimate is the smooth one and no error is counted. Noise of 5 mA apart it
- * coasts while the mean of the samples at t_k-1 and t_k has a phase within 0.1 A of zero, and for the 3
- * periods and two time constants of the EMF filter, 10 periods, that it is remembered. */
+/* At 100 r/min and 5.76 A the EMF is 7.67 V, and a leg loses 8.03 V. A phase needs 0.2/(5.76 x 41.9) =
+ * 0.83 ms to pass +-0.1 A, which are 8.3 periods, and this occurs six times in a turn of 150 ms. For 12
+ * periods more the crossing is remembered. While the tracking loop coasts, the estimated speed is the
+ * smooth one, and no error is counted. Except for a noise of 5 mA, the loop coasts while the mean of the
+ * samples at t_k-1 and t_k has a phase within 0.1 A of zero. It continues to coast for 3 periods and two
+ * time constants of the EMF filter, 10 periods, after that. */
 static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -389,7 +395,7 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
         double complex before = machine.current;
         uint32_t since = 100u;
         uint32_t coasted = 0u;
-        for (int n = 0; n < 3000; n++) { /* two turns, twelve zeros */
+        for (int n = 0; n < 3000; n++) { /* two turns with twelve zero crossings */
             const double complex mean = 0.5 * (before + machine.current);
             const float smooth = drive.fast.estimator.estimate.omega_smooth;
             before = machine.current;
@@ -404,7 +410,8 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
                 TEST_ASSERT_TRUE(since < 13u);
                 const float now = drive.fast.estimator.estimate.frame.omega_e;
                 TEST_ASSERT_TRUE(now == drive.fast.estimator.estimate.omega_smooth);
-                /* it continues with the torque of its feed-forward: at most that of the whole current */
+                /* The speed changes only by the torque of the feed-forward: at most that of the whole
+                 * current. */
                 TEST_ASSERT_FLOAT_WITHIN((float)(PERIOD * 1.5 * 16.0 * PSI * 6.0) / params.motor_inertia,
                                          smooth, now);
                 TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.fast.estimator.estimate.detector);
@@ -417,7 +424,7 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
     }
 }
 
-/* All signals of a period as one number. */
+/* All signals of a period combined into one number. */
 static uint32_t signals_of_now(void)
 {
     uint32_t sum = 0u;
@@ -427,8 +434,8 @@ static uint32_t signals_of_now(void)
     return sum;
 }
 
-/* A set with the values of the active one, taken over in each window of a calibration, a catch, a run that
- * gains speed and a quick stop: no module forgets what it has measured, summed, learnt or integrated. */
+/* A set with the values of the active one is taken over in each window of a calibration, a catch, an
+ * acceleration and a quick stop. No module may lose what it has measured, summed, learnt or integrated. */
 static void test_the_same_set_again_changes_nothing(void)
 {
     static uint32_t seen[11000];

@@ -1,28 +1,29 @@
-/* Oracle: the period piece by piece. A leg is on at both ends, off in the middle, each edge early or late by
- * half of T_e as its current says; in the dead band of the tested leg, which carries no current, the
- * voltage is the mean of both. Currents are the integrals of these voltages and of an EMF that turns. */
+/* The expected values are computed from the period piece by piece. A leg is on at both ends of the period
+ * and off in the middle; each edge is early or late by half of T_e, depending on its current. In the dead
+ * band of the tested leg, which carries no current, the voltage is the mean of both levels. Currents are
+ * the integrals of these voltages and of an EMF that rotates. */
 #include "fast/inverter/edges.h"
 
 #include "tests/unit/compare.h"
 
 #define PERIOD     1e-4    /* [s] */
 #define INDUCTANCE 12.5e-3 /* [H] */
-#define EFFECTIVE  0.023   /* T_e/T [-] */
+#define EFFECTIVE  0.023   /* [-] T_e/T */
 #define LINK       311.0   /* [V] */
 #define LATE       0.0205  /* t_l/T [-] of the tests with delayed edges */
 
-/* Currents of some 0.3 A, a dozen roundings of 1 A. */
+/* The limit is a dozen roundings of 1 A, for currents of about 0.3 A. */
 #define AMPERE_TOLERANCE (12.0 / 16777216.0)
 
-/* What three legs do in a period; times in periods. */
+/* The states of three legs in a period; times are in periods. */
 typedef struct {
-    double duty[3]; /* of the compare registers [-] */
-    double sign[3]; /* of the currents [-] */
-    double emf;     /* length, with what falls off at the resistance [V] */
-    double phase;   /* of the EMF of the first leg in the middle of the period [rad] */
-    double turn;    /* of the EMF in a period [rad], > 0 */
-    double late;    /* t_l/T, by which all edges are late [-] */
-    int upper;      /* which switches are on at both ends: 1 or 0 */
+    double duty[3]; /* [-] duty in the compare registers */
+    double sign[3]; /* [-] sign of the currents */
+    double emf;     /* [V] length of the EMF and the voltage drop at the resistance */
+    double phase;   /* [rad] phase of the EMF of the first leg in the middle of the period */
+    double turn;    /* [rad] rotation of the EMF in a period, > 0 */
+    double late;    /* [-] t_l/T, the delay of all edges */
+    int upper;      /* switches that are on at both ends: 1 for the upper ones, 0 for the lower ones */
 } legs_t;
 
 static double share_of(const legs_t *legs, int leg)
@@ -35,9 +36,9 @@ static double way_of(const legs_t *legs)
     return legs->upper ? 1.0 : -1.0;
 }
 
-/* For how long the switch of this leg that is sampled has been on from 0 to `time`: its edges are late or
- * early by half of T_e, which takes from it what flows out of it. Half way in the dead band where the sign is
- * 0. */
+/* The time from 0 to `time` for which the sampled switch of this leg has been on. Its edges are late or
+ * early by half of T_e, which reduces the voltage of a current that flows out of the leg. If the sign is
+ * 0, the edge is in the middle of the dead band. */
 static double on_until(const legs_t *legs, int leg, double time)
 {
     const double band = EFFECTIVE;
@@ -52,7 +53,7 @@ static double on_until(const legs_t *legs, int leg, double time)
     return fmin(time, falls - 0.5 * band) + 0.5 * (begun + ended) + fmax(0.0, time - (rises + 0.5 * band));
 }
 
-/* Integral of the EMF of a leg until `time` [V]. */
+/* The integral of the EMF of a leg until `time` [V]. */
 static double emf_until(const legs_t *legs, int leg, double time)
 {
     const double middle = legs->phase - leg * 2.0943951023931953;
@@ -60,7 +61,7 @@ static double emf_until(const legs_t *legs, int leg, double time)
     return legs->emf / legs->turn * (sin(begin + legs->turn * time) - sin(begin));
 }
 
-/* Current of a leg at `time` since the period's beginning [A]. */
+/* The current of a leg at `time` after the beginning of the period [A]. */
 static double current_at(const legs_t *legs, int leg, double time)
 {
     double mean = 0.0;
@@ -90,11 +91,12 @@ static double of_leg(abc_t values, int leg)
     return (double)(leg == 0 ? values.a : leg == 1 ? values.b : values.c);
 }
 
-/* For all duties, with an EMF of this turn, and without current in one leg after the other. Where another
- * leg's edge falls into the dead band of the one that is looked at, the current bends within the band, and
- * its middle is what both agree on. The model has the parabola of a turning EMF, whose next terms are below
- * turn^2/12 of the parabola, and turn^2/8 of the odd part. Edges that are late follow the slope of the
- * middle: at both ends of the period the EMF has turned by turn/2, in opposite directions. */
+/* Tested for all duties, with an EMF of this rotation, and with one leg after the other without current.
+ * If the edge of another leg is within the dead band of the tested leg, the slope of the current changes
+ * within the band, and the comparison is made in its middle. The model has the parabola of a rotating EMF;
+ * the neglected terms are below turn^2/12 of the parabola, and turn^2/8 of the odd part. Delayed
+ * edges follow the slope in the middle of the period; at both ends of it the EMF has rotated by turn/2, in
+ * opposite directions. */
 static void expect_currents_at_the_edges(double turn, double late)
 {
     double largest[2] = {0.0, 0.0};
@@ -119,7 +121,7 @@ static void expect_currents_at_the_edges(double turn, double late)
                 const double falling = current_at(&legs, leg, 0.5 * share_of(&legs, leg) + late);
                 const double rising = current_at(&legs, leg, 1.0 - 0.5 * share_of(&legs, leg) + late);
                 const double sides = 0.5 * current_at(&legs, leg, 1.0);
-                const double amperes = PERIOD / INDUCTANCE * legs.emf; /* that the EMF moves in a period */
+                const double amperes = PERIOD / INDUCTANCE * legs.emf; /* [A] change in a period by the EMF */
                 const double bends = amperes * turn * turn * (turn / 96.0 + late);
                 const double moves = amperes * turn * (turn / 48.0 + late);
                 TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + bends, bend, sides - 0.5 * (rising + falling));
@@ -130,7 +132,7 @@ static void expect_currents_at_the_edges(double turn, double late)
             }
         }
     }
-    TEST_ASSERT_TRUE(largest[0] > 0.1 && largest[1] > 0.1); /* [A]: and not nothing */
+    TEST_ASSERT_TRUE(largest[0] > 0.1 && largest[1] > 0.1); /* [A] the currents are not zero */
     TEST_ASSERT_TRUE(bent > (late > 0.0 ? 0.5 * late : 0.08 * turn));
 }
 

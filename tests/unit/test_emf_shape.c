@@ -1,4 +1,5 @@
-/* EMFs with a fifth and a seventh harmonic, made by algebra; expected is the sum of the two. */
+/* EMFs with a fifth and a seventh harmonic, calculated by algebra; the expected value is the sum of the
+ * two harmonics. */
 #include "medium/adapt/emf_shape.h"
 #include "tests/unit/vectors.h"
 
@@ -18,7 +19,8 @@ void setUp(void)
     taken = 0.0;
 }
 
-/* Runs this time at this speed [rad/s], with the sixth harmonics `d` of the d axis and `q` of the q axis. */
+/* Runs for this time at this speed [rad/s], with the sixth harmonics `d` of the d axis and `q` of the q
+ * axis. */
 static void turn(double omega, double d, double q, double seconds)
 {
     for (int32_t n = 0; n < (int32_t)(seconds / STEP + 0.5); n++) {
@@ -52,7 +54,7 @@ static void test_the_axes_are_distinguished_and_what_noise_may_make_is_not_used(
     turn(42.0, 0.0, 0.05, 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, (double)shape.learnt.d);
     setUp();
-    turn(42.0, 0.003, 0.003, 0.5); /* less than 0.005 of the first rate */
+    turn(42.0, 0.003, 0.003, 0.5); /* 0.5 s at less than 0.005 of the first rate */
     TEST_ASSERT_TRUE(shape.learnt.d > 0.001f && shape.learnt.q > 0.001f);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, shape.used.d);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, shape.used.q);
@@ -85,7 +87,7 @@ static void test_off_forgets_it_and_other_coefficients_do_not(void)
     TEST_ASSERT_EQUAL_FLOAT((float)RATE, shape.rate);
 }
 
-/* The value of the formula, for a rotor that turns backwards, at any angle. */
+/* The value of the formula for a rotor that turns backwards, at any angle. */
 static void test_voltage_of_a_shape(void)
 {
     shape.used = (dq_t){0.04f, -0.01f};

@@ -1,5 +1,5 @@
-/* A shaft in double precision, counted as the hardware counts (floor, modulo counts per turn), is given to
- * the module; the true angle and speed are known. All expectations are closed forms of the loop of the
+/* A shaft in double precision, counted as by the hardware (floor, modulo counts per turn), is given to the
+ * module; the true angle and speed are known. All expected values are closed forms of the loop in the
  * header. */
 #include <float.h>
 
@@ -11,7 +11,8 @@
 static const encoder_params_t PARAMS = {
     .count_per_turn = 10000.0f, .pole_pairs = 4.0f, .offset = 0.0f, .bandwidth = 200.0f, .period = 1e-4f};
 
-/* Rounding of the angle: 2^-23 of the product (numbers up to pi), 2^-24 of a count's angle times pi. */
+/* The rounding of the angle: 2^-23 of the product (numbers up to pi), and 2^-24 of the angle of a count
+ * times pi. */
 #define ANGLE_ROUNDING 4e-7
 
 static uint32_t count_at(double turns, double steps)
@@ -19,16 +20,16 @@ static uint32_t count_at(double turns, double steps)
     return (uint32_t)floor((turns - floor(turns)) * steps);
 }
 
-/* Half a count step, electrical [rad]. */
+/* Half a step of the count [rad], electrical. */
 static double half_step(const encoder_params_t *params)
 {
     return PI * (double)params->pole_pairs / (double)params->count_per_turn;
 }
 
-/* Largest speed error that an angle error within +-half step can cause [rad/s]: the 1-norm of the loop's
- * impulse response from angle to speed, twice the peak of its step response r^2/T (n+1) a^n. Five per cent
- * cover the speed's own rounding (its last digit at 628 rad/s is held by 8e-6 rad of angle, 0.6 % of the half
- * step) and that of the angle. */
+/* The largest error of the speed [rad/s] that an angle error within half a step can cause. It is half a
+ * step times the 1-norm of the loop's impulse response from angle to speed, which is twice the peak of its
+ * step response r^2/T (n+1) a^n. 5 % are added for rounding: the last digit of the speed at 628 rad/s is
+ * 8e-6 rad of angle, 0.6 % of the half step, and the angle is rounded, too. */
 static double ripple_bound(const encoder_params_t *params)
 {
     double x = (double)params->bandwidth * (double)params->period;
@@ -40,17 +41,17 @@ static double ripple_bound(const encoder_params_t *params)
     return 1.05 * 2.0 * peak * half_step(params);
 }
 
-/* Largest error of the speed's mean over this number of samples [rad/s]: the sum of the speed is the change
- * of (step response * angle error), at most half step / T at either end; and the prediction rounds twice a
- * step by at most 2^-23. */
+/* The largest error of the mean speed over this number of samples [rad/s]. The sum of the speed is the
+ * change of (step response * angle error), at most half step / T at either end. The prediction rounds
+ * twice per step by at most 2^-23. */
 static double mean_bound(const encoder_params_t *params, int samples)
 {
     return (2.0 * half_step(params) / samples + 2.0 / 8388608.0) / (double)params->period;
 }
 
-static encoder_tuning_t tuning; /* of the encoder that was started last */
+static encoder_tuning_t tuning; /* tuning of the encoder that was started last */
 
-/* With these parameters; count 0 at standstill is expected. */
+/* Starts an encoder with these parameters at count 0 and standstill. */
 static void start_at_zero(encoder_t *encoder, const encoder_params_t *params)
 {
     encoder_prepare(&tuning, params);
@@ -60,8 +61,8 @@ static void start_at_zero(encoder_t *encoder, const encoder_params_t *params)
 
 static void test_angle_is_exact_for_every_count(void)
 {
-    /* 41 steps and 2 pole pairs: one whose quotient the float estimates too low; most large ones have it too
-     * high. */
+    /* 41 steps and 2 pole pairs are a case whose quotient the float estimates too low; in most large ones
+     * it is too high. */
     static const uint32_t sets[][2] = {
         {10000, 4}, {4096, 7},   {65536, 4}, {65536, 32767}, {65535, 32767}, {2, 1},     {2, 3}, {3, 2},
         {10001, 3}, {60000, 21}, {1000, 50}, {65536, 32749}, {10000, 10000}, {20000, 1}, {41, 2}};
@@ -81,7 +82,8 @@ static void test_angle_is_exact_for_every_count(void)
                 worst = error;
             }
         }
-        TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING + 8.0 * DBL_EPSILON, 0.0, worst); /* of 2 pi */
+        /* The second term is the rounding of 2 pi in double precision. */
+        TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING + 8.0 * DBL_EPSILON, 0.0, worst);
     }
 }
 
@@ -96,7 +98,7 @@ static void test_offset_is_added_and_wrapped(void)
         for (uint32_t count = 0; count < 10000; count += 111) {
             double expected = (double)offsets[k] + 2.0 * PI * 4.0 * (count + 0.5) / 10000.0;
             float theta = encoder_step(&encoder, &tuning, count).theta_e;
-            /* The sum with 500 rounds by 2^-16. */
+            /* The sum with 500 is rounded by 2^-16. */
             TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING + fabs((double)offsets[k]) / 16777216.0 +
                                           (32.0 + fabs((double)offsets[k])) * DBL_EPSILON,
                                       0.0, circle((double)theta - expected));
@@ -116,7 +118,8 @@ static void test_count_beyond_the_turn_is_the_last_one(void)
     TEST_ASSERT_TRUE(encoder_step(&encoder, &tuning, UINT32_MAX).theta_e == last);
 }
 
-/* Many turns at constant speed: angle within the half step, speed within the ripple bound, its mean exact. */
+/* Many turns at constant speed: the angle is within half a step, the speed within the bound of its ripple,
+ * and its mean is exact. */
 static void run_at_constant_speed(const encoder_params_t *params, double omega_e)
 {
     enum { SETTLE = 5000, WATCH = SWEEP > 1 ? 5000 : 100000 };
@@ -183,17 +186,17 @@ static void test_speed_is_late_in_an_acceleration_by_the_stated_amount(void)
                 sum += (double)position.omega_e - acceleration * time;
             }
         }
-        /* 0.015; half a period of the acceleration would be 0.33. */
+        /* The limit is 0.015 rad/s; an error of half a period would be 0.33 rad/s. */
         TEST_ASSERT_DOUBLE_WITHIN(mean_bound(&params, WATCH), expected, sum / WATCH);
-        /* The rule of thumb of the header. */
+        /* The approximation that the header states. */
         TEST_ASSERT_DOUBLE_WITHIN(fabs(acceleration) * period, -2.0 * acceleration / (double)bandwidth,
                                   sum / WATCH);
     }
 }
 
-/* Braking of 5e4 rad/s^2 from 2500 rad/s, of 2500 lines and three pole pairs, in both directions: the angle
- * stays behind its prediction by a T^2/r^2 = 25.8 mrad and, with two counts of 1.88 mrad, by 29.5 mrad at
- * most. Of a step by 0.3 rad more is left for the 2.5 ms in which the loop comes back: e^-2 of it, 41 mrad,
+/* Braking with 5e4 rad/s^2 from 2500 rad/s, with 2500 lines and three pole pairs, in both directions. The
+ * prediction is wrong by a T^2/r^2 = 25.8 mrad and, with two counts of 1.88 mrad, by at most 29.5 mrad. A
+ * step by 0.3 rad leaves more than that for the 2.5 ms in which the loop corrects it: e^-2 of it, 41 mrad,
  * at most. */
 static void test_braking_is_behind_its_prediction_by_no_more_than_stated(void)
 {
@@ -237,14 +240,14 @@ static void test_reset_stands_still_at_the_given_count(void)
         TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING + 32.0 * DBL_EPSILON, 0.0,
                                   circle((double)position.theta_e - 2.0 * PI * 4.0 * 7777.5 / 10000.0));
     }
-    /* One step further is one step of the loop: r^2/T of one count, 3.92 * 2.51e-3. */
+    /* Moving the count by one is one step of the loop: r^2/T of one count, 3.92 * 2.51e-3. */
     double rest = 1.0 - exp(-0.02);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, rest * rest / 1e-4 * 2.0 * half_step(&PARAMS),
                               (double)encoder_step(&encoder, &tuning, 7778).omega_e);
 }
 
-/* A change of the angles of its counts has no effect on the speed: a shaft at standstill remains at
- * standstill, and the speed of a turning shaft is that of an encoder that starts on it. */
+/* If the angles of the counts change, the speed does not: a shaft at standstill remains at standstill, and
+ * the speed of a turning shaft is that of an encoder that starts on it. */
 static void test_other_angles_of_the_counts_are_no_motion(void)
 {
     encoder_params_t others[3] = {PARAMS, PARAMS, PARAMS};

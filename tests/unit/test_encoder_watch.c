@@ -1,8 +1,10 @@
-/* The encoder against an EMF that is known: psi_f omega on the q axis of the true rotor, seen in the frame of
- * an encoder that is off by an angle or turns at another speed. T_j is 0.8 ms; at psi_f omega_least a sign
- * lasts 8 ms, ten judgements, at larger EMFs as much shorter, three at least. Below five times that EMF
- * the mean of two windows is judged: one half turned comes to nothing, and that is a sign too. A judgement
- * whose EMF happens to be wrong along a phase's axis is put off: expect() counts the others. */
+/* The encoder is compared with a known EMF: psi_f omega on the q axis of the true rotor, in the frame of
+ * an encoder that is wrong by an angle or turns at another speed. T_j, the time between two judgements, is
+ * 0.8 ms. A sign is a contradiction between encoder and EMF. At psi_f omega_least it must last for 8 ms,
+ * ten judgements; at larger EMFs the time is shorter in proportion, at least three judgements. Below five
+ * times that EMF the mean of two windows is judged: if the EMF rotates by half a turn between them, the
+ * mean is zero, which is a sign too. A judgement whose EMF is by chance wrong along the axis of a phase is
+ * postponed; expect() counts the others. */
 #include <stdlib.h>
 
 #include "estimator/encoder.h"
@@ -21,11 +23,11 @@ static encoder_watch_t watch;
 
 static double rotor, encoder; /* [rad] */
 static ab_t current;          /* [A] */
-static bool is_doubtful;      /* the EMF */
+static bool is_doubtful;      /* the sign of the current, and with it the EMF, is uncertain */
 
-static uint32_t bits; /* of the last judgement */
+static uint32_t bits; /* bits of the last judgement */
 
-/* With this noise and this doubtful current [A]. */
+/* The usual parameters with this noise and this limit of the current below which the EMF is uncertain [A]. */
 static encoder_watch_params_t usual(double noise, float doubtful)
 {
     return (encoder_watch_params_t){
@@ -64,13 +66,14 @@ void setUp(void)
     begin(0.0, 0.0f);
 }
 
-/* Three standard deviations of the mean of two windows, 3 sqrt(2) L n/(2 n_w T): where psi_f omega_least is
- * less, noise would be judged. */
+/* Three standard deviations of the mean of two windows are 3 sqrt(2) L n/(2 n_w T). If psi_f omega_least
+ * were smaller than this, noise would be judged. */
 static void test_noise_in_an_emf_is_not_judged(void)
 {
     const double quiet = (double)prepared(0.0, 0.0f).emf_least;
     TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, PSI * LEAST, quiet);
-    const double noise = 2.0 * PSI * LEAST * EVERY * T / (3.0 * 0.70711 * L); /* makes twice that */
+    /* Makes twice the EMF of omega_least. */
+    const double noise = 2.0 * PSI * LEAST * EVERY * T / (3.0 * 0.70711 * L);
     const encoder_watch_tuning_t noisy = prepared(noise, 0.0f);
     TEST_ASSERT_DOUBLE_WITHIN(0.005 * quiet, 2.0 * quiet, (double)noisy.emf_least);
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * quiet, 2.0 * quiet * 8e-3 / (EVERY * T), (double)noisy.holds);
@@ -84,8 +87,8 @@ static uint32_t judged(double said)
     return encoder_watch_step(&watch, &input);
 }
 
-/* One judgement of a rotor at omega [rad/s] whose EMF is `share` of psi_f omega, with an encoder that shows
- * `said` [rad/s], without current. */
+/* One judgement without current, with a rotor at omega [rad/s] whose EMF is `share` of psi_f omega, and an
+ * encoder that shows `said` [rad/s]. */
 static uint32_t judge(double omega, double share, double said)
 {
     for (uint32_t n = 0; n < EVERY; n++) {
@@ -105,7 +108,8 @@ static void settle(double omega)
     }
 }
 
-/* Judgements until a condition is detected, which is in `bits`; 0: none in 0.8 s. */
+/* The number of judgements until a condition is detected, which is in `bits`; 0 if none is detected in 0.8
+ * s. */
 static uint32_t noticed(double omega, double share, double said)
 {
     for (uint32_t n = 1; n <= 1000u; n++) {
@@ -127,8 +131,8 @@ static bool is_noticed(double omega, float alpha)
     return noticed(omega, 1.0, omega) != 0u;
 }
 
-/* Where almost no current flows its sign may be wrong, and the dead time's voltage is up to twice what it is
- * assumed to be. */
+/* If almost no current flows, the assumed sign may be wrong, and the voltage of the dead time is up to
+ * twice the assumed one. */
 static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -139,8 +143,9 @@ static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
     }
 }
 
-/* Share of the windows of ten turns at 240 rad/s in which the EMF of an encoder that is wrong by `off`
- * [rad] differs much from the rotor's, and the difference is along no phase's axis [-]. */
+/* The share of windows [-], over ten turns at 240 rad/s, in which both conditions hold: the EMF in the
+ * frame of an encoder that is wrong by `off` [rad] differs much from the rotor's, and the difference is
+ * along the axis of no phase. */
 static double elsewhere_share(double off)
 {
     uint32_t count = 0u;
@@ -155,8 +160,8 @@ static double elsewhere_share(double off)
     return (double)count / (double)windows;
 }
 
-/* The difference of both EMFs, 2 sin(off/2) of one, turns with the rotor; the sine of three times its angle
- * to the next phase's axis is below 0.4 in 0.26 of the turn. */
+/* The difference of the two EMFs has the length 2 sin(off/2) and rotates with the rotor. The sine of three
+ * times its angle to the nearest phase axis is below 0.4 for a share of 0.26 of the turn. */
 static void test_an_encoder_that_is_off_puts_the_emf_beside_all_axes(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -166,7 +171,7 @@ static void test_an_encoder_that_is_off_puts_the_emf_beside_all_axes(void)
     }
 }
 
-/* What a broken wire adds to the EMF is along its phase's axis, here b's; and at rest nothing is known. */
+/* A broken wire adds an EMF along the axis of its phase, in this test b. At rest nothing is known. */
 static void test_an_emf_that_is_wrong_along_a_phase_is_not_elsewhere(void)
 {
     settle(240.0);
@@ -183,7 +188,7 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_not_elsewhere(void)
     TEST_ASSERT_EQUAL_UINT32(0u, watch.elsewhere);
 }
 
-/* The same, for the judgements that are not put off. */
+/* The number of judgements until a condition is detected, without those that are postponed. */
 static uint32_t counted(double omega, double share, double said)
 {
     uint32_t put_off = 0;
@@ -214,7 +219,7 @@ static void test_a_correct_encoder_is_not_reported(void)
     }
 }
 
-/* cos 36.87 degrees is 0.8. */
+/* The cosine of 36.87 degrees is 0.8. */
 static void test_the_angle_may_be_off_by_less_than_37_degrees(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -230,7 +235,8 @@ static void test_the_angle_may_be_off_by_less_than_37_degrees(void)
     }
 }
 
-/* 8 ms of psi_f omega_least in volt seconds: at 61 rad/s ten judgements, at 120 five, from 200 on three. */
+/* The limit is 8 ms of psi_f omega_least as an integral of the voltage: ten judgements at 61 rad/s, five
+ * at 120 rad/s, three from 200 rad/s on. */
 static void test_the_larger_the_emf_the_sooner_it_is_assumed(void)
 {
     static const struct {
@@ -248,7 +254,7 @@ static void test_the_larger_the_emf_the_sooner_it_is_assumed(void)
     }
 }
 
-/* The first mean is that of 1 and 0.24. */
+/* The mean of the first judgement is that of one window with the whole EMF and one with 0.24 of it. */
 static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
 {
     for (int turn = -1; turn <= 1; turn += 2) {
@@ -262,8 +268,8 @@ static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
     }
 }
 
-/* For each constant angle: the difference of the two EMFs does not turn, and may be along a phase's axis.
- * */
+/* The encoder counts in the other direction, and the runs begin at 24 angles between encoder and rotor.
+ * The difference of the two EMFs does not rotate. At some of these angles it is along the axis of a phase. */
 static void test_an_encoder_that_counts_the_other_way_is_detected_by_its_direction(void)
 {
     static const double speeds[] = {90.0, 240.0, 628.0, 900.0};
@@ -278,7 +284,7 @@ static void test_an_encoder_that_counts_the_other_way_is_detected_by_its_directi
     }
 }
 
-/* 6 ms are seven and a half windows, then three judgements. */
+/* 6 ms are seven and a half windows, to which three judgements are added. */
 static void test_after_a_rest_the_current_sensors_are_judged_first(void)
 {
     settle(240.0);
@@ -287,10 +293,10 @@ static void test_after_a_rest_the_current_sensors_are_judged_first(void)
     expect(ENCODER_WATCH_MISMATCH, 11u, 240.0, 1.0, 240.0);
 }
 
-/* A coil with R and L beside the EMF, solved in double in steps of 1 us, at a current that the voltage
- * changes: what is left after R and L have had theirs is the EMF's mean, sin(x)/x, x = omega T_j/2, of its
- * length. The mean current is the middle of its ends, except for the effect of the change of its rate, here
- * up to 60 V/L T_j/12 = 0.3 A. */
+/* A winding with R and L, solved in double precision in steps of 1 us with a voltage that changes the
+ * current. The voltage less the drops at R and L must be the mean EMF, whose length is reduced by
+ * sin(x)/x, x = omega T_j/2. The mean current is taken as the middle of its ends; a change of its rate
+ * makes an error of up to 60 V/L T_j/12 = 0.3 A. */
 static void test_the_emf_is_what_resistance_and_inductance_leave_of_the_voltage(void)
 {
     const double omega = 628.0;
@@ -316,8 +322,9 @@ static void test_the_emf_is_what_resistance_and_inductance_leave_of_the_voltage(
     TEST_ASSERT_DOUBLE_WITHIN(0.3 * R + 0.05, 0.0, (double)watch.last.d);
 }
 
-/* 10 ms of noise of 0.5 A rms are 5.5 and 7 V rms in the mean of two windows, beside 11.5 V of 150 r/min
- * and at standstill: no more than one burst of a thousand is a sign. */
+/* Current noise of 0.5 A rms for 10 ms makes 5.5 and 7 V rms in the mean of two windows. The EMF is 11.5 V
+ * at 150 r/min in one case and zero in the other: at most one of a thousand bursts may be taken for a
+ * sign. */
 static double gauss(void)
 {
     double sum = -6.0;
@@ -368,7 +375,7 @@ static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_reported_at_onc
     TEST_ASSERT_TRUE(jumped(-0.5051f));
 }
 
-/* 0.5 s are 625 judgements of 0.8 ms. At an EMF of 1200 rad/s three judgements are enough. */
+/* 0.5 s are 625 judgements of 0.8 ms. At the EMF of 1200 rad/s three judgements are enough. */
 static void test_at_a_doubtful_emf_the_judgement_waits_half_a_second(void)
 {
     settle(1200.0);
@@ -378,8 +385,8 @@ static void test_at_a_doubtful_emf_the_judgement_waits_half_a_second(void)
     TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, bits);
 }
 
-/* Two judgements have seen the sign when the doubt begins; the third comes when
- * it is over. */
+/* Two judgements have seen the sign when the EMF becomes uncertain; the third judgement follows after
+ * that. */
 static void test_what_was_seen_before_a_doubt_stays(void)
 {
     settle(1200.0);
@@ -395,18 +402,18 @@ static void test_what_was_seen_before_a_doubt_stays(void)
     expect(ENCODER_WATCH_MISMATCH, 1u, 1200.0, 1.0, 1200.0);
 }
 
-/* The result of a judgement if `volts` are added at `axis` [rad] to the EMF of a rotor whose encoder is
- * right. */
+/* The result of a judgement if `volts` are added in the direction `axis` [rad] to the EMF of a rotor whose
+ * encoder is right. */
 static uint32_t judge_with(double omega, double volts, double axis)
 {
     encoder_watch_add(&watch, (ab_t){(float)(EVERY * volts * cos(axis)), (float)(EVERY * volts * sin(axis))});
     return judge(omega, 1.0, omega);
 }
 
-/* 100 V beside the 44 V of 240 rad/s, which have to last for six judgements: along the axis of each phase,
- * either way and up to 7 degrees beside it they are a wire or a leg, and put off for half a second; a sixth
- * of a turn between two axes they are not.
- */
+/* 100 V are added to the 44 V of 240 rad/s, for which a sign must last for six judgements. Along the axis
+ * of each phase, in either direction and up to 7 degrees beside it, they are treated as a fault of a wire
+ * or a leg, and the judgement is postponed for half a second. In the middle between two axes there is no
+ * such postponement. */
 static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
 {
     for (int n = 0; n < 12; n++) {
@@ -431,10 +438,10 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
     }
 }
 
-/* 8 V rms of noise in the EMF of a window, whose ends are two measured currents: 40 V of an open wire lie up
- * to 36 degrees beside their axis in single windows. The rotor hardly turns, with its q axis across. The mean
- * difference remains on the axis: after half a second the broken wire is reported, and no fault of the
- * encoder. */
+/* The EMF of a window has noise of 8 V rms, since its ends are two measured currents: the 40 V of an open
+ * wire are up to 36 degrees beside their axis in single windows. The rotor hardly turns, with its q axis
+ * perpendicular to the phase. The mean difference remains on the axis: after half a second the broken wire
+ * is reported, and no fault of the encoder. */
 static void test_noise_of_the_currents_does_not_hide_a_wire(void)
 {
     encoder_watch_params_t params = usual(0.0, 0.0f);
@@ -458,8 +465,9 @@ static void test_noise_of_the_currents_does_not_hide_a_wire(void)
     }
 }
 
-/* 1.1 times psi_f omega_least, 50 degrees off: the difference is 2 sin(25 degrees) of it, 0.93, which a wrong
- * voltage makes as well; of 1.4 times it is 1.18. */
+/* The EMF is 1.1 times psi_f omega_least and 50 degrees off. The difference is 2 sin(25 degrees) of the
+ * EMF, 0.93 psi_f omega_least, which an error of the voltage could make as well. With an EMF of 1.4 times
+ * psi_f omega_least the difference is 1.18 times, which is reported. */
 static void test_a_difference_below_the_least_emf_may_be_a_wrong_voltage(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -471,9 +479,9 @@ static void test_a_difference_below_the_least_emf_may_be_a_wrong_voltage(void)
     }
 }
 
-/* A motor whose EMF is large at a low speed, 90 V at 30 rad/s. The encoder slips by 140 degrees in one
- * period: between two windows the EMF has turned by more than a quarter, which is 1250 rad/s either way, and
- * from then on it turns with the encoder. */
+/* A motor with a large EMF at a low speed, 90 V at 30 rad/s. The encoder slips by 140 degrees in one
+ * period: between two windows the EMF has rotated by more than a quarter of a turn, which would be 1250
+ * rad/s in either direction. From then on it rotates with the encoder. */
 static void test_the_step_of_a_slip_is_not_a_direction(void)
 {
     encoder_watch_params_t params = usual(0.0, 0.0f);
@@ -494,8 +502,9 @@ static void test_the_step_of_a_slip_is_not_a_direction(void)
     }
 }
 
-/* 0.6 of psi_f omega: the EMF of 100 rad/s is that of a rotor at up to 167 rad/s; with the link's sensor 40 %
- * too low it still turns as fast as the encoder says. */
+/* An EMF contradicts a speed if it is below 0.6 of psi_f omega: the EMF of 100 rad/s may be that of a
+ * rotor at up to 167 rad/s. If the sensor of the link reads 40 % too little, the EMF still agrees with the
+ * speed of the encoder. */
 static void test_an_emf_denies_a_speed_for_which_it_is_too_short(void)
 {
     TEST_ASSERT_FALSE(encoder_watch_denies(&watch, 1000.0f)); /* nothing is known yet */
@@ -505,7 +514,7 @@ static void test_an_emf_denies_a_speed_for_which_it_is_too_short(void)
         TEST_ASSERT_TRUE(encoder_watch_denies(&watch, (float)way * 169.0f));
     }
     encoder_watch_rest(&watch);
-    TEST_ASSERT_TRUE(encoder_watch_denies(&watch, 169.0f)); /* the period of the stop */
+    TEST_ASSERT_TRUE(encoder_watch_denies(&watch, 169.0f)); /* in the period of the stop */
     encoder_watch_forget(&watch);
     TEST_ASSERT_FALSE(encoder_watch_denies(&watch, 169.0f));
     setUp();
@@ -514,21 +523,22 @@ static void test_an_emf_denies_a_speed_for_which_it_is_too_short(void)
     }
     TEST_ASSERT_FALSE(encoder_watch_denies(&watch, 280.0f));
     TEST_ASSERT_TRUE(encoder_watch_denies(&watch, 290.0f));
-    setUp(); /* at 2500 rad/s the EMF turns by 2 rad in a window, and sin(1)/1 of its length is left */
+    setUp(); /* at 2500 rad/s the EMF rotates by 2 rad in a window, and sin(1)/1 of its length remains */
     for (int n = 0; n < 10; n++) {
         (void)judge(2500.0, 1.0 / 1.3, 2500.0);
     }
     TEST_ASSERT_FALSE(encoder_watch_denies(&watch, 2600.0f));
 }
 
-/* Noise i_n of the current makes 3 sqrt(2) i_n L/T_j of the EMF of a window, and turns what is wrong along a
- * phase by no more. It counts while almost no current flows, here less than 0.2 A. 20 V beside 100 V along
- * the axis are 11 degrees, 57.7 V are half way to the next axis. */
+/* Current noise i_n makes 3 sqrt(2) i_n L/T_j in the EMF of a window, and shifts an error along a phase by
+ * at most this. It matters while almost no current flows, in this test less than 0.2 A. 20 V across 100 V
+ * along the axis are 11 degrees; 57.7 V are the middle between two axes. */
 static void test_noise_turns_a_false_emf_of_a_wire_by_no_more_than_its_length(void)
 {
     static const struct {
-        double noise, beside; /* [V] three standard deviations of a window; what is across the axis */
-        float flows;          /* [A] */
+        /* [V] three standard deviations of the noise in a window; voltage across the axis. */
+        double noise, beside;
+        float flows; /* [A] */
         bool waits;
     } cases[] = {{0.0, 20.0, 0.0f, false},
                  {20.0, 20.0, 0.19f, true},
@@ -547,14 +557,14 @@ static void test_noise_turns_a_false_emf_of_a_wire_by_no_more_than_its_length(vo
     }
 }
 
-/* It confirms the encoder where it is beyond noise and on its q axis. */
+/* An EMF that is larger than the noise and on the q axis of the encoder confirms the encoder. */
 static void test_an_emf_on_the_axis_confirms_the_encoder(void)
 {
     settle(240.0);
     TEST_ASSERT_EQUAL_UINT32(1u, watch.confirmed);
     (void)judge(240.0, -1.0, 240.0);
     TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
-    (void)judge(240.0, 1.0, 240.0); /* each earlier sign counts until the halving has removed it */
+    (void)judge(240.0, 1.0, 240.0); /* each earlier sign counts until repeated halving has removed it */
     TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
     for (int n = 0; n < 4; n++) {
         (void)judge(240.0, 1.0, 240.0);
@@ -563,12 +573,13 @@ static void test_an_emf_on_the_axis_confirms_the_encoder(void)
     encoder_watch_rest(&watch);
     TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
     setUp();
-    settle(0.9 * LEAST); /* an EMF that is too short confirms nothing */
+    settle(0.9 * LEAST); /* an EMF that is too short does not confirm the encoder */
     TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
 }
 
-/* An EMF that turns against the encoder and is 1.4 times as long is that of a rotor whose psi_f is not right,
- * one of 1.6 may be a current that runs away: that has to last for six judgements, not three. */
+/* An EMF that rotates against the encoder and is 1.4 times as long belongs to a rotor whose psi_f is
+ * wrong. One of 1.6 may come from a current that runs away, so that it must last for six judgements
+ * instead of three. */
 static void test_an_emf_too_long_for_the_speed_must_last_twice_as_long(void)
 {
     const uint32_t sure = counted(240.0, 1.4, -240.0);
@@ -578,9 +589,9 @@ static void test_an_emf_too_long_for_the_speed_must_last_twice_as_long(void)
     TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_DIRECTION, bits);
 }
 
-/* A judgement adds its EMF, limited to the sum that a sign requires, 10 times psi_f 60 rad/s; each judgement
- * of an encoder that is right halves the sum. After one wrong judgement at 1200 rad/s and two right ones a
- * quarter remains; the EMF at 61 rad/s adds the rest in 8 judgements. */
+/* A judgement adds its EMF to a sum, limited to the sum that a sign requires, 10 times psi_f 60 rad/s.
+ * Each judgement in which the encoder is right halves the sum. After one wrong judgement at 1200 rad/s and
+ * two right ones a quarter remains; the EMF at 61 rad/s adds the rest in 8 judgements. */
 static void test_one_large_emf_counts_at_most_as_one_sign(void)
 {
     settle(1200.0);

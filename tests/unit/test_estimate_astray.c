@@ -1,5 +1,5 @@
-/* A fault of the shaft's speed names the estimate if only the estimate has this speed: what the EMF of a
- * tracked, a caught and a lost rotor confirms, and what it does not. */
+/* A fault of the shaft's speed names the estimate if only the estimate has this speed. The tests give the
+ * EMF of a tracked, a caught and a lost rotor, and check whether it confirms the fault. */
 #include "drive/drive.h"
 
 #include "settings/reasons.h"
@@ -7,7 +7,7 @@
 
 static drive_t drive;
 
-/* Running, with 100 V of EMF expected. */
+/* The drive is running, and 100 V of EMF are expected. */
 void setUp(void)
 {
     params_t params;
@@ -18,17 +18,17 @@ void setUp(void)
     drive.medium.manoeuvres.lock.expected = 100.0f;
 }
 
-/* Tracked, on the encoder or caught: at this share of the trip, with this EMF. */
+/* A rotor that is tracked, on the encoder or caught, at this share of the trip, with this EMF. */
 typedef struct {
     const char *what;
     int32_t of, reason;
     manoeuvre_t now;
     bool encoder;
     float omega;       /* share of the trip [-] */
-    float projection;  /* of 100 V along the axis [V]; of a rotor that is tracked */
-    float length;      /* of the EMF of a catch [V]; 0: tracked */
-    float alpha, beta; /* its mean [V] */
-    float cross;       /* at least 1 in amount: it turns */
+    float projection;  /* [V] EMF along the axis if the rotor is tracked, of the expected 100 V */
+    float length;      /* [V] length of the EMF in a catch; 0: the rotor is tracked */
+    float alpha, beta; /* [V] mean EMF */
+    float cross;       /* at least 1 in magnitude: the EMF rotates */
 } case_t;
 
 #define RUN    MANOEUVRE_RUN
@@ -38,9 +38,10 @@ typedef struct {
 #define BEYOND REASON_ROTOR_TOO_FAST
 #define ASTRAY REASON_ESTIMATE_ASTRAY
 
-/* psi_f wrong by a quarter is 0.75 to 1.33 of the EMF, an angle wrong by 0.35 rad takes 6 % of it. The speed
- * of a catch is a length over psi_f, which may be assumed 30 % too small; an EMF beyond the link needs no
- * psi_f for that. 311 V hold 179.6 V in every direction: a rotor with 207 V has fed the link before. */
+/* A psi_f that is wrong by a quarter gives 0.75 to 1.33 of the expected EMF, and an angle that is wrong by
+ * 0.35 rad reduces it by 6 %. The speed of a catch is the length of the EMF divided by psi_f, which may be
+ * configured 30 % too small. If the EMF exceeds the link voltage, the speed is confirmed whatever psi_f
+ * is: 311 V correspond to 179.6 V in every direction, and a rotor with 207 V has fed the link already. */
 static const case_t cases[] = {
     {"against the axis", FAST, ASTRAY, RUN, false, 1.1f, -100.0f, 0.0f, 0.0f, 0.0f, 0.0f},
     {"no EMF", FAST, ASTRAY, RUN, false, 1.1f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
@@ -56,12 +57,13 @@ static const case_t cases[] = {
     {"caught", FAST, FAST, CATCH, false, -1.43f, 100.0f, 100.0f, 60.0f, -80.0f, -2.0f},
     {"caught, beyond the link", BEYOND, BEYOND, CATCH, false, -1.43f, 100.0f, 100.0f, 60.0f, -80.0f, -2.0f},
     {"noise: its mean is small", FAST, ASTRAY, CATCH, false, -1.43f, 100.0f, 100.0f, 0.0f, 65.0f, -2.0f},
-    {"it does not turn", BEYOND, ASTRAY, CATCH, false, -1.43f, 100.0f, 100.0f, 60.0f, -80.0f, 0.9f},
-    {"as much as psi_f may be wrong", FAST, ASTRAY, CATCH, false, 1.42f, 100.0f, 100.0f, 60.0f, -80.0f,
-     -2.0f},
+    {"an EMF that does not rotate", BEYOND, ASTRAY, CATCH, false, -1.43f, 100.0f, 100.0f, 60.0f, -80.0f,
+     0.9f},
+    {"a speed that an error of psi_f may explain", FAST, ASTRAY, CATCH, false, 1.42f, 100.0f, 100.0f, 60.0f,
+     -80.0f, -2.0f},
     {"the same, beyond the link", BEYOND, BEYOND, CATCH, false, 1.42f, 100.0f, 100.0f, 60.0f, -80.0f, -2.0f},
-    {"just not beyond all links", BEYOND, BEYOND, CATCH, false, -1.43f, 100.0f, 200.0f, 120.0f, -160.0f,
-     -2.0f},
+    {"just below what every link allows", BEYOND, BEYOND, CATCH, false, -1.43f, 100.0f, 200.0f, 120.0f,
+     -160.0f, -2.0f},
     {"far beyond the link", BEYOND, ASTRAY, CATCH, false, -1.43f, 100.0f, 208.0f, 124.8f, -166.4f, -2.0f},
     {"lost", FAST, ASTRAY, RELOCK, false, -1.43f, 100.0f, 100.0f, 60.0f, -80.0f, -2.0f},
     {"lost, and tracks again", FAST, ASTRAY, RELOCK, false, 1.1f, 100.0f, 0.0f, 0.0f, 0.0f, 0.0f},

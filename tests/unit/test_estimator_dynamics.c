@@ -1,8 +1,9 @@
-/* The estimator in acceleration. */
+/* The estimator during acceleration. */
 #include "tests/unit/estimator_bench.h"
 
-/* K off by rho leaves rho times the error without it; right: the jump of the current in its first period, and
- * the half period by which a sampled integral of it is early, docs/theory.md, 9 (1.6 mrad). */
+/* If K is wrong by rho, rho times the error without K remains. If K is right, two errors remain
+ * (docs/theory.md, 9; 1.6 mrad): the jump of the current in its first period, and the half period by which
+ * a sampled integral of the current is early. */
 static void test_torque_feedforward_takes_the_error_away(void)
 {
     for (int n = 0; n < 8; n += SWEEP_FEW) {
@@ -25,8 +26,8 @@ static void test_torque_feedforward_takes_the_error_away(void)
     }
 }
 
-/* The current that carries the load is left out: if the whole current counts as load, the loop works as
- * without K. */
+/* The current that carries the load must not be fed forward: if the whole current counts as load, the loop
+ * works as without K. */
 static void test_current_of_the_load_is_not_fed_forward(void)
 {
     const estimator_oracle_case_t rig = rig_of(0, 300.0, 2.0);
@@ -43,7 +44,8 @@ static void test_current_of_the_load_is_not_fed_forward(void)
         }
         ends[n] = (double)est.tracker.pll.feedforward;
     }
-    /* 50 periods of K i a period into F, less what omega_c forgets of it: (1 - exp(-omega_c t))/omega_c. */
+    /* 50 periods add K i per period to F, less the part that decays at omega_c: (1 - exp(-omega_c
+     * t))/omega_c. */
     const double cutoff = 50.0, time = 50.0 * T;
     const double gained = 69.0 * (1.0 - exp(-cutoff * time)) / cutoff;
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * 2.0 * gained, 2.0 * gained, ends[1] - ends[0]);

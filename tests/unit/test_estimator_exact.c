@@ -1,8 +1,8 @@
-/* The estimator on exact data: the data themselves, the default configuration without error, and the EMF
- * filter in the frame of the loop. */
+/* The estimator with exact data: the data themselves, the default configuration, which must have no error,
+ * and the EMF filter in the frame of the loop. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 1. the default is exact ---- */
+/* ---- the default is exact ---- */
 
 static void test_default_is_exact_for_every_machine_either_way(void)
 {
@@ -13,7 +13,7 @@ static void test_default_is_exact_for_every_machine_either_way(void)
         const double way = n % 2 ? -1.0 : 1.0;
         estimator_params_t params = params_of(machine);
         params.smo.emf_cutoff = (float)cutoffs[n / 16 % 4];
-        /* Signs that do not occur in a run without a fault: |x| of 1.75 times the EMF is 1.3/slope. */
+        /* Limits that no run without a fault violates: |x| of 1.75 times the EMF is 1.3/slope. */
         params.validity = (validity_params_t){.amplitude_min = 0.98f,
                                               .amplitude_max = 1.02f,
                                               .detector_max = 0.01f,
@@ -30,12 +30,13 @@ static void test_default_is_exact_for_every_machine_either_way(void)
     }
     check_line(worst.mean, FLOAT_MEAN, "A2 mean");
     check_line(worst.peak, FLOAT_PEAK, "A2 peak");
-    /* a mean frequency off by d would drift d 0.6 s */
+    /* A mean speed that is wrong by d would drift by d 0.6 s. */
     check_below(worst.speed, 2e-3 * FLOAT_PEAK / 0.6 + 1e-3, "speed");
 }
 
-/* lag.h: within 1e-5 of the length, R T/L up to 0.5; the feed-forward is that length over psi_f, and stops
- * half a last digit over omega_c T = 0.005 short: 2.4e-4 rad/s at 3000, less than 1e-6 of it. */
+/* lag.h gives the length within 1e-5, for R T/L up to 0.5. The feed-forward is that length divided by
+ * psi_f. It stops half a last digit, divided by omega_c T = 0.005, before its end: 2.4e-4 rad/s at 3000
+ * rad/s, less than 1e-6 of it. */
 static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
 {
     for (int n = 0; n <= EXTREME; n++) {
@@ -58,9 +59,9 @@ static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
 
 /* ---- the EMF filter acts in the frame of the loop ---- */
 
-/* A filter that is switched on, set to another cutoff and off again while the motor turns: this has no effect
- * on the angle, because the filter continues from its present EMF; and the error that an EMF longer by 5 V
- * then adds to it is the new one's share, 1 - exp(-cutoff T). */
+/* While the motor turns, a filter is switched on, set to another cutoff and switched off again. The angle
+ * must not change, because the filter continues from its present EMF. An EMF that is 5 V longer afterwards
+ * must add the share of the new filter to the error, 1 - exp(-cutoff T). */
 static void test_filter_is_switched_while_it_runs(void)
 {
     static const double cutoffs[] = {2000.0, 600.0, 0.0, 5000.0};

@@ -7,7 +7,7 @@ static void observe(const estimator_oracle_case_t *rig, long k, double omega)
     estimator_observe(&est, as_float(now.voltage), as_float(now.current), (float)omega);
 }
 
-/* Angle of the d axis under the EMF, by the direction of rotation [mrad] from the true one. */
+/* The error [mrad] of the d axis that follows from the EMF and the direction of rotation. */
 static double emf_error(const estimator_oracle_case_t *rig, long k)
 {
     const estimator_oracle_sample_t now = sample_of(rig, k);
@@ -18,8 +18,9 @@ static double emf_error(const estimator_oracle_case_t *rig, long k)
 
 static const double RPM[] = {-1500.0, -600.0, -100.0, -30.0, 30.0, 100.0, 600.0, 1500.0};
 
-/* It starts without a state, at angle zero and speed zero, and is settled within 10 ms. The EMF of a sample:
- * float leaves L/T 5e-7 A = 6e-5 V (estimator_bench.h), the lag's series 1e-5 of it. */
+/* The observer starts without a state, at angle zero and speed zero, and has settled within 10 ms. Limit
+ * for the EMF of a sample: float arithmetic leaves L/T 5e-7 A = 6e-5 V (estimator_bench.h), the series of
+ * the lag 1e-5 of the EMF. */
 static void test_emf_of_a_turning_rotor_is_seen_without_the_loop(void)
 {
     for (int n = 0; n < 16; n++) {
@@ -39,8 +40,8 @@ static void test_emf_of_a_turning_rotor_is_seen_without_the_loop(void)
     }
 }
 
-/* The observer's lag is of the order of a sample: a speed that is wrong by 100 rad/s makes an error of less
- * than 100 rad/s 2 T = 20 mrad, but not zero. */
+/* The lag of the observer is about one sample: a speed that is wrong by 100 rad/s makes an error below 100
+ * rad/s 2 T = 20 mrad, but not zero. */
 static void test_a_given_speed_compensates_the_lag(void)
 {
     const estimator_params_t params = params_of(0);
@@ -95,8 +96,9 @@ static void test_sample_that_is_no_number_changes_nothing(void)
     }
 }
 
-/* Locked at the angle of the EMF, it continues like a loop that has been locked for long: by the header
- * within 0.1 mrad up to the turn limit; 0.1 of the EMF of a sample more at 100 r/min. */
+/* A loop that is locked at the angle of the EMF continues like a loop that has been locked for long. The
+ * difference is below 0.1 mrad up to the turn limit, by the header; at 100 r/min the EMF of a sample adds
+ * 0.1 mrad. */
 static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
 {
     for (int n = 0; n < 16; n++) {
@@ -115,7 +117,7 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
         const ab_t emf = est.estimate.emf;
         const ab_t error = est.observer.smo.current_err;
         estimator_lock(&est, rotor, est.estimate.amplitude);
-        /* the estimate is the initial one, the observer continues */
+        /* The estimate is the initial one, and the observer continues. */
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, circle((double)est.estimate.frame.theta_e - now.theta));
         TEST_ASSERT_DOUBLE_WITHIN(2.5e-6, sin(now.theta), (double)est.estimate.frame.rotation.sin);
         TEST_ASSERT_DOUBLE_WITHIN(2.5e-6, cos(now.theta), (double)est.estimate.frame.rotation.cos);
@@ -140,7 +142,7 @@ static void test_lock_begins_validity_again(void)
         (validity_params_t){0.5f, 1.5f, 0.001f, 0.6f, 0.001f, 3.0f, 0.001f, 20.0f, 900.0f, 0.001f};
     const estimator_oracle_case_t rig = rig_of(0, 400.0, 2.0);
     init(&params);
-    for (long k = 1; k < 100; k++) { /* at standstill: too slow */
+    for (long k = 1; k < 100; k++) { /* at standstill the speed is too low for a lock */
         (void)estimator_step(&est, (ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f});
     }
     TEST_ASSERT_TRUE((estimator_invalid(&est) & ESTIMATOR_SPEED) != 0u);

@@ -1,12 +1,13 @@
-/* The estimator in the paper's configurations: deviations as published, and the sign. */
+/* The estimator in the paper's configurations: deviations as published, and the sign function. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 2. the paper's configuration: its printed numbers, after the PLL ---- */
+/* ---- the paper's configuration: its printed numbers, after the PLL ---- */
 
 static const double RPM[] = {100.0, 500.0, 1000.0, 1500.0};
 
-/* Of the power-weighted gain only 1500 r/min is published; the others from (14) itself: the printed lag is
- * atan(w L/(R (g + 1))), g that of the corrected one. With the exact lag no error remains. */
+/* With the power-weighted gain the paper states only the value for 1500 r/min; the others follow from
+ * (14): the printed lag is atan(w L/(R (g + 1))), where g is that of the corrected one. With the exact lag
+ * no error remains. */
 static void test_each_lag_deviates_as_published(void)
 {
     double expected[LAG_EXACT + 1][4] = {[LAG_NONE] = {-3.1, -15.8, -33.1, -54.1},
@@ -43,14 +44,15 @@ static void test_smaller_gain_gives_the_papers_eighty_milliradians(void)
     }
 }
 
-/* ---- 3. sign ---- */
+/* ---- sign ---- */
 
-/* A conventional loop, as in the paper: |v| of the unfiltered sign is k_s sqrt 2 whatever the EMF, no speed
- * for a feed-forward. Chatter is chaotic, so only sizes are known: SD 20 to 45 mrad with a filter. */
+/* A conventional loop as in the paper: with the unfiltered sign function |v| is k_s sqrt 2 for any EMF, so
+ * that there is no speed for a feed-forward. The chatter is chaotic, so that only its size is known: an SD
+ * of 20 to 45 mrad with a filter. */
 static void test_sign_is_rough_where_the_sigmoid_is_smooth(void)
 {
     static const double cutoffs[] = {0.0, 2000.0};
-    static const double rpm[] = {1000.0, 1003.0}; /* a whole number of samples a turn, and not */
+    static const double rpm[] = {1000.0, 1003.0}; /* with and without a whole number of samples per turn */
     for (int n = 0; n < 8; n++) {
         double way = n % 2 ? -1.0 : 1.0;
         estimator_params_t params = paper_params(LAG_EXACT);

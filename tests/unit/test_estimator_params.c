@@ -1,7 +1,7 @@
-/* The estimator's set of parameters. */
+/* The parameters of the estimator. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 9. parameters ---- */
+/* ---- parameters ---- */
 
 #define AT(member) offsetof(estimator_params_t, member)
 #define OF(member) AT(validity.member)
@@ -18,7 +18,7 @@ static estimator_params_t full_params(void)
     return params;
 }
 
-/* The name of a part's field may have the part before it. */
+/* The name of a field may have the name of its part before it. */
 static bool named(const char *field, const char *expected)
 {
     const char *dot = strrchr(field, '.');
@@ -62,7 +62,7 @@ static void test_check_names_each_field_value_and_range(void)
             TEST_ASSERT_FLOAT_WITHIN(1e-6f * rows[n].min, rows[n].min, why.min);
             TEST_ASSERT_FLOAT_WITHIN(1e-6f * rows[n].max, rows[n].max, why.max);
         }
-        /* At the limits this rule holds; another rule may report an error with another text. */
+        /* At the limits this rule holds; another rule may then report an error with another text. */
         for (int m = 0; m < 2; m++) {
             params = full_params();
             float limit = m ? rows[n].max : rows[n].min;
@@ -75,9 +75,9 @@ static void test_check_names_each_field_value_and_range(void)
     }
 }
 
-/* Sets that break one rule: the reported row, its value and its range, if these are known, and a change that
- * makes the set valid. The largest EMF is 1.1 0.2 Wb 800 rad/s = 176 V, or 220 V; 2/T + ki T/2 is
- * 20000.134. */
+/* Each set breaks one rule. The table has the reported parameter, its value and its range, if these are
+ * known, and a change that makes the set valid. The largest EMF is 1.1 x 0.2 Wb x 800 rad/s = 176 V, or
+ * 220 V; 2/T + ki T/2 is 20000.134. */
 static void test_check_refuses_what_rules_between_fields_forbid(void)
 {
     const struct {

@@ -1,10 +1,10 @@
 /* Resets and coasting of the estimator. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 6. reset ---- */
+/* ---- reset ---- */
 
-/* Largest difference [mrad] over 0.05 s between an estimator that has run for long and one that was reset to
- * the true state at t_k, whose first step is that of t_k+1. */
+/* The largest difference [mrad] over 0.05 s between two estimators: one has run for long, the other was
+ * reset to the true state at t_k and makes its first step at t_k+1. */
 static double bump(const estimator_params_t *params, const estimator_oracle_case_t *rig, long k)
 {
     static double settled_error[600];
@@ -24,7 +24,7 @@ static double bump(const estimator_params_t *params, const estimator_oracle_case
     return largest;
 }
 
-/* The sigmoid's k_f starts from one sample instead of a mean over turns. */
+/* The k_f of the sigmoid starts from one sample instead of a mean over turns. */
 static void test_reset_goes_on_without_a_bump_and_the_sigmoid_with_little(void)
 {
     static const double rpm[] = {-1500.0, -800.0, -300.0, -100.0, 100.0, 300.0, 1000.0, 1500.0};
@@ -40,7 +40,7 @@ static void test_reset_goes_on_without_a_bump_and_the_sigmoid_with_little(void)
     }
 }
 
-/* The estimate is the start until the step of t_k+1, which has moved on by omega T. */
+/* The estimate is the start value until the step of t_k+1, which continues it by omega T. */
 static void test_reset_gives_the_start_and_goes_on(void)
 {
     for (int n = 0; n < 64; n++) {
@@ -74,7 +74,7 @@ static void test_reset_of_the_other_machines_goes_on_without_a_bump(void)
     }
 }
 
-/* For the modes that leave the filter in the observer, a reset includes the effect of the filter on a fast
+/* In the modes that leave the filter in the observer, a reset includes the effect of the filter on a fast
  * EMF, as estimator.h states. */
 static void test_reset_at_high_speed_makes_the_filters_lag(void)
 {
@@ -91,7 +91,7 @@ static void test_reset_at_high_speed_makes_the_filters_lag(void)
     }
 }
 
-/* ---- 12. coasting ---- */
+/* ---- coasting ---- */
 
 static void test_coast_keeps_the_error_and_the_observer_going(void)
 {

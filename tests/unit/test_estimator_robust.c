@@ -1,7 +1,7 @@
-/* The estimator stays finite, and its identities. */
+/* The estimator stays finite with any input, and it obeys identities such as mirror images. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 7. always finite ---- */
+/* ---- always finite ---- */
 
 static void check_finite(position_t position)
 {
@@ -15,12 +15,13 @@ static void check_finite(position_t position)
     TEST_ASSERT_TRUE(isfinite(smo_equivalent_gain(&est.observer.smo)) && isfinite(flux.flux_linkage) &&
                      isfinite(est.tracker.motor.speed_per_volt) && isfinite(est.estimate.emf.alpha) &&
                      isfinite(est.estimate.emf.beta));
-    float limit = 1.0f / (float)T; /* PLL_TURN_LIMIT is 1 rad */
+    float limit = 1.0f / (float)T; /* [rad/s] PLL_TURN_LIMIT is 1 rad per period */
     TEST_ASSERT_TRUE(fabsf(est.tracker.pll.feedforward) <= limit &&
                      fabsf(est.tracker.pll.integral) <= 2.0f * limit);
 }
 
-/* Current without any voltage or EMF, voltage that only drives it (no error, no EMF), nothing at all. */
+/* Inputs without an EMF: a current without a voltage, a voltage that only drives the current (no error, no
+ * EMF), and all zero. */
 static void test_zero_inputs_stay_finite_and_are_not_valid(void)
 {
     for (int n = 0; n < 48 * 3; n += SWEEP_FEW) {
@@ -40,10 +41,10 @@ static void test_zero_inputs_stay_finite_and_are_not_valid(void)
     }
 }
 
-/* Each input in turn is not a number for 20 periods: the bit is set at once, the angle continues with omega
- * T, and the loop locks again when the samples return. The observer has missed the change of the current
- * during this time: v is at its limit for a dozen samples at most (2 i_q over b k_s = 1.6 A each), which is a
- * smaller disturbance than a wrong angle: pulled in as fast. */
+/* Each input in turn is not a number for 20 periods. The bit is set at once, the angle continues with
+ * omega T, and the loop locks again when the samples return. The observer has missed the change of the
+ * current during this time, so that v is at its limit for at most a dozen samples (2 i_q divided by b k_s
+ * = 1.6 A for each sample). This is a smaller disturbance than a wrong angle, and it decays as fast. */
 static void test_bad_samples_coast_and_recover(void)
 {
     static const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f};
@@ -104,7 +105,7 @@ static void test_bad_sample_changes_nothing_but_the_angle(void)
     }
 }
 
-/* No valid sample from the first step on, and the worst sample that counts as valid. */
+/* No valid sample from the first step on, and samples with the largest values that count as valid. */
 static void test_endless_invalid_input_stays_finite(void)
 {
     static const float values[] = {0.0f, 1e5f, -1e5f, 9e5f, 1e30f, 3.4e38f, NAN, INFINITY, 1e-30f, -1e-38f};
@@ -124,14 +125,14 @@ static void test_endless_invalid_input_stays_finite(void)
     }
 }
 
-/* ---- 11. identities ---- */
+/* ---- identities ---- */
 
 static void check_mirror(int n)
 {
     static estimator_t mirrored;
     estimator_params_t params = any_params(n);
     estimator_oracle_case_t rig = rig_of(0, 300.0, 2.0);
-    rig.swing = 350.0; /* through zero */
+    rig.swing = 350.0; /* passes zero speed */
     rig.swing_rate = 20.0;
     rig.current_d = 1.0;
     memset(&est, 0, sizeof est);

@@ -1,9 +1,10 @@
-/* The estimator on exact data of salient rotors (salient_oracle.h) that turn at a constant speed, their
- * current held in the frame of the estimator as a drive does: the active flux leaves no error, data that are
- * wrong leave the error of the closed law, a step of the current leaves none that its known transient would.
+/* The estimator with exact data of salient rotors (salient_oracle.h) that turn at a constant speed. The
+ * current is held in the frame of the estimator, as a drive does it. The expected results are as follows. The
+ * active flux leaves no error. Wrong data leave the error that a closed formula gives. A step of the current
+ * leaves no error, because its transient is known.
  *
- * Family F(s): p 4, R 0.95 ohm, L_q 20 mH, L_d = L_q/s, psi_f 0.1 Wb, 10 A; tracking loop by the rule for J
- * 0.01 kg m^2 and 800 rad/s. */
+ * Motors of the family F(s): p 4, R 0.95 ohm, L_q 20 mH, L_d = L_q/s, psi_f 0.1 Wb, 10 A. The tracking
+ * loop follows the rule for J 0.01 kg m^2 and 800 rad/s. */
 #include "math/frames.h"
 #include "tests/oracle/salient_oracle.h"
 #include "tests/unit/estimator_bench.h"
@@ -15,7 +16,7 @@
 #define CURRENT     10.0
 #define OMEGA_TOP   (4800.0 * RAD_PER_RPM)
 #define OMEGA_RATED (2400.0 * RAD_PER_RPM)
-#define GAIN_TOP    (1.75 * 0.3) /* of k_s: the largest active flux of s = 4, at 15 A [Wb] */
+#define GAIN_TOP    (1.75 * 0.3) /* [Wb] k_s: the largest active flux of s = 4 at 15 A */
 
 /* The parameters of the estimator divided by those of the motor. */
 typedef struct {
@@ -25,11 +26,11 @@ typedef struct {
 static const assumption_t RIGHT = {1.0, 1.0, 1.0, 1.0};
 
 static salient_oracle_case_t rotor;
-static double theta;         /* of the magnet at t_k [rad] */
-static double complex flows; /* current at t_k, stationary [A] */
+static double theta;         /* [rad] angle of the magnet at t_k */
+static double complex flows; /* [A] current at t_k in the stationary frame */
 static double noise;         /* SD of a measured current [A] */
-static bool
-    transient_lost; /* the known transient is taken off the voltage, as if nothing were added for it */
+/* The known transient is subtracted from the voltage, as if the observer did not add it. */
+static bool transient_lost;
 static uint32_t dice;
 
 static double complex pair_of(const double value[2])
@@ -37,14 +38,14 @@ static double complex pair_of(const double value[2])
     return value[0] + J * value[1];
 }
 
-/* i_d of most torque per ampere with a current of this length. */
+/* The i_d at most torque per ampere, with a current of this length. */
 static double most_torque(double saliency, double current)
 {
     const double taken = saliency * current;
     return -2.0 * taken * current / (FLUX + sqrt(FLUX * FLUX + 8.0 * taken * taken));
 }
 
-/* Normally distributed, SD 1: the sum of twelve numbers between 0 and 1, minus 6. */
+/* A normally distributed number with SD 1: the sum of twelve numbers between 0 and 1, minus 6. */
 static double normal(void)
 {
     double sum = -6.0;
@@ -79,7 +80,8 @@ static void given(double ratio, double omega, const assumption_t *assumption)
     init(&params);
 }
 
-/* One period with this current in the frame of the estimator [A]; error of the angle [mrad]. */
+/* Simulates a period with this current in the frame of the estimator [A]; returns the error of the angle
+ * [mrad]. */
 static double period(double i_d, double i_q)
 {
     const double before[2] = {creal(flows), cimag(flows)};
@@ -102,7 +104,7 @@ static double period(double i_d, double i_q)
     return 1e3 * circle((double)position.theta_e - theta);
 }
 
-/* On the rotor, with this current in its frame. */
+/* Locks the estimator to the rotor, with this current in its frame. */
 static void locked(double i_d, double i_q)
 {
     flows = (i_d + J * i_q) * cexp(J * theta);
@@ -130,10 +132,10 @@ static deviation_t held(double i_d, double i_q, int settle, int count)
 static const double RATIOS[] = {1.0, 1.5, 2.0, 3.0, 4.0};
 #define RATIO_COUNT 5
 
-/* Right data, from none to half more than the rated current, and 2 to 100 % of the speed: no error but what
- * the ripple of i_d between the samples leaves, (R T/L_q)(D/L_d) x/12 with x = omega T the angle of a period,
- * and float arithmetic. A brake is held from 4 % on: below it the loop's own motion moves the flux faster
- * than the loop. */
+/* The data are right. The currents go from zero to 1.5 times the rated one, the speeds from 2 to 100 %.
+ * Only two errors remain: the ripple of i_d between the samples leaves (R T/L_q)(D/L_d) x/12, where x =
+ * omega T is the angle of a period; the other is float arithmetic. Braking is tested from 4 % of the speed
+ * on; below that the motion of the loop itself moves the flux faster than the loop can follow. */
 static void test_right_data_leave_no_error_whatever_the_saliency(void)
 {
     static const double shares[] = {0.02, 0.04, 0.1, 0.5, 1.0};
@@ -157,11 +159,12 @@ static void test_right_data_leave_no_error_whatever_the_saliency(void)
     }
 }
 
-/* With the noise of a sensor, all of the rated current either way: A4. The observer makes an EMF of L_q/T
- * times the change of the noise. The loop integrates it with kp; of its variance the filter of the EMF, a =
- * exp(-2500 rad/s T), leaves (1 - a)/(1 + a). So SD = kp L_q noise sqrt((1 - a)/(1 + a))/(psi_a omega), which
- * is 3.0 mrad at L_q = L_d and 5 % of the speed, above the line. A salient rotor has less: its flux moves
- * with the angle. */
+/* The sensors have noise, and the whole rated current flows in either direction (line A4 of
+ * docs/salient.md). The observer makes an EMF of L_q/T times the change of the noise, and the loop
+ * integrates it with kp. The filter of the EMF, a = exp(-2500 rad/s T), leaves (1 - a)/(1 + a) of its
+ * variance. So SD = kp L_q noise sqrt((1 - a)/(1 + a))/(psi_a omega), which is 3.0 mrad at L_q = L_d and 5
+ * % of the speed, above the limit of the line. A salient rotor has less, because its flux moves with the
+ * angle. */
 static void test_noise_moves_the_angle_little_with_all_of_the_current(void)
 {
     static const double shares[] = {0.05, 0.1, 0.5, 1.0, 2.0, 100.0 / 2400.0};
@@ -188,8 +191,8 @@ static void test_noise_moves_the_angle_little_with_all_of_the_current(void)
     }
 }
 
-/* Steady angle with wrong data and this current in the loop's frame:
- *     psi_a(err) sin(err) = -dL_q i_q + dR i_d/omega,  psi_a(err) = psi_f - D (i_d cos err - i_q sin err) */
+/* The steady angle error with wrong data and this current in the frame of the loop: psi_a(err) sin(err) =
+ * -dL_q i_q + dR i_d/omega, psi_a(err) = psi_f - D (i_d cos err - i_q sin err) */
 static double by_law(const assumption_t *assumption, double i_d, double i_q)
 {
     const double saliency = rotor.inductance_q - rotor.inductance_d;
@@ -229,8 +232,8 @@ static void test_wrong_data_leave_the_error_of_the_law(void)
     }
 }
 
-/* The drive has the current of most torque of the L_q that it assumes, at half and all of the base speed,
- * 1385 r/min: A5. */
+/* The drive has the current of most torque per ampere for the L_q that it assumes, at half and all of the
+ * base speed, 1385 r/min (line A5). */
 static void test_an_inductance_a_fifth_wrong_loses_no_rotor(void)
 {
     for (int n = 0; n < 24; n++) {
@@ -246,8 +249,8 @@ static void test_an_inductance_a_fifth_wrong_loses_no_rotor(void)
     }
 }
 
-/* The whole torque within one sample, and off again: the flux of i_d is known, and is not taken for an EMF.
- */
+/* The whole torque is switched on within one sample, and off again: the flux of i_d is known and must not
+ * be taken for an EMF. */
 static void test_a_step_of_torque_is_no_error(void)
 {
     static const double speeds[] = {240.0, 1200.0, 2400.0};
@@ -270,8 +273,8 @@ static void test_a_step_of_torque_is_no_error(void)
     }
 }
 
-/* While the loop is not in use, the observer uses L_d, for any direction of the magnet: with a current
- * that pulses along it the EMF is that of the magnet alone, psi_f omega. */
+/* While the loop is not in use, the observer uses L_d for any direction of the magnet. With a current that
+ * pulses along the magnet, the EMF must be that of the magnet alone, psi_f omega. */
 static void test_at_rest_the_observer_goes_by_l_d(void)
 {
     given(3.0, 100.0, &RIGHT);
@@ -284,7 +287,7 @@ static void test_at_rest_the_observer_goes_by_l_d(void)
         double voltage[2];
         salient_oracle_voltage(&rotor, theta - rotor.omega * T, before, now, voltage);
         estimator_observe(&est, as_float(voltage), as_float(now), (float)rotor.omega);
-        if (n > 20 && n % 10 >= 4) { /* a filtered sample is settled */
+        if (n > 20 && n % 10 >= 4) { /* the filter has settled for this sample */
             const double emf[2] = {(double)est.estimate.emf.alpha, (double)est.estimate.emf.beta};
             const double complex in_rotor = pair_of(emf) * cexp(-J * theta);
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * FLUX * rotor.omega, FLUX * rotor.omega, cimag(in_rotor));
@@ -293,9 +296,9 @@ static void test_at_rest_the_observer_goes_by_l_d(void)
     }
 }
 
-/* A loop that is locked while i_d flows sees no longer psi_f omega but psi_a omega. Its feed-forward begins
- * with that: else a third or a half of the speed would move from I to F within 1/omega_c, omega_c psi_a/psi_f
- * omega/ki of angle error, 0.4 rad and more here. */
+/* A loop that is locked while i_d flows has the EMF psi_a omega instead of psi_f omega. Its feed-forward
+ * must begin with psi_a. Otherwise a third or a half of the speed would move from I to F within 1/omega_c;
+ * the angle error would be omega_c psi_a/psi_f omega/ki, at least 0.4 rad for these motors. */
 static void test_lock_from_rest_begins_with_the_active_flux(void)
 {
     static const double currents[] = {-3.0, 2.0};
@@ -320,7 +323,7 @@ static void test_lock_from_rest_begins_with_the_active_flux(void)
     }
 }
 
-/* No sample leads to a state that is no number. */
+/* No sample may lead to a state that is not a number. */
 static void test_invalid_samples_do_not_change_the_flux(void)
 {
     given(3.0, 500.0, &RIGHT);

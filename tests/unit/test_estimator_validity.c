@@ -1,17 +1,17 @@
 /* The criteria of validity and their debounce. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 8. validity ---- */
+/* ---- validity ---- */
 
 typedef struct {
-    validity_params_t loose, strict; /* either side of what is judged */
+    validity_params_t loose, strict; /* limits that no value and every value violates */
 } limits_t;
 
 static const uint32_t BITS[] = {ESTIMATOR_AMPLITUDE, ESTIMATOR_AMPLITUDE, ESTIMATOR_DETECTOR,
                                 ESTIMATOR_CURRENT,   ESTIMATOR_SPEED,     ESTIMATOR_SPEED};
 #define LIMIT_COUNT 6
 
-/* One limit at `value`. */
+/* Limits of which only number n is set, to `value`. */
 static validity_params_t limit_at(int n, double value)
 {
     validity_params_t limits = {.amplitude_min = 0.0f};
@@ -21,12 +21,12 @@ static validity_params_t limit_at(int n, double value)
     return limits;
 }
 
-/* +1: at most this, -1: at least this. */
+/* +1: the criterion is an upper limit, -1: a lower limit. */
 static const double SIDE[] = {-1.0, 1.0, 1.0, 1.0, -1.0, 1.0};
 
-/* In a ramp, so that no criterion is at rest: at 300 to 630 rad/s with a/ki = 0.05; psi_hat 15 % too large
- * for the lower limit of the amplitude, which is at most 1, and a third too small for the upper, at least 1:
- * between them an allowance of 10 rad/s either way. */
+/* The machine accelerates at 300 to 630 rad/s with a/ki = 0.05, so that no judged value is zero. The lower
+ * limit of the amplitude can be at most 1, and for its test psi_hat is 15 % too large. The upper limit is
+ * at least 1, and psi_hat is a third too small. The speed has an allowance of 10 rad/s on either side. */
 static estimator_oracle_case_t validity_rig(double way)
 {
     return ramp_rig(way * 300.0, way * 0.05 * 6495.0);
@@ -51,8 +51,9 @@ static void run_to_judged(int n, double way)
     run_near(&params, &rig, 0.0, JUDGED - 1);
 }
 
-/* What each criterion judges in step JUDGED, from the truth: the ramp's speed there, less kp eps for the
- * smooth one; its EMF over psi_hat; a/ki; |x| of the settled observer (oracle) at this speed. */
+/* The value that each criterion judges in step JUDGED, computed from the truth: the speed of the ramp; the
+ * same less kp eps for the smooth speed; the EMF divided by psi_hat; a/ki; and |x| of the settled observer
+ * (oracle) at this speed. */
 static double judged(int n, double way)
 {
     estimator_params_t params = validity_params(n);
@@ -69,7 +70,7 @@ static double judged(int n, double way)
     return values[n];
 }
 
-/* 2 % aside of the true value, and the limit passed on the way. */
+/* The limits are 2 % beside the true value on either side. */
 static void test_each_criterion_fails_beyond_its_limit_and_not_before(void)
 {
     for (double way = -1.0; way <= 1.0; way += 2.0) {
@@ -89,7 +90,7 @@ static void test_each_criterion_fails_beyond_its_limit_and_not_before(void)
     }
 }
 
-/* Below, at, above to the last digits: the limit is put where the step's own value lies. */
+/* The limit is just below, at and just above the value of the step, to the last digits. */
 static void test_at_its_limit_a_criterion_still_holds(void)
 {
     for (int n = 0; n < LIMIT_COUNT; n++) {
@@ -106,7 +107,7 @@ static void test_at_its_limit_a_criterion_still_holds(void)
                                  sqrt((double)smo_error_square(&est.observer.smo)),
                                  speed,
                                  speed};
-        /* Roundings of the products; the other end of a range is put at 2 and 750. */
+        /* Widths for the rounding of the products; the other end of a range is set to 2 and 750. */
         static const double width[] = {2e-6, 2e-6, 1.2e-7, 4e-7, 4e-7, 4e-7};
         for (int m = -1; m <= 1; m++) {
             if (m == 0 && n != 2) {
@@ -136,8 +137,8 @@ static void test_criterion_switched_off_is_not_judged(void)
     }
 }
 
-/* Debounce of 4.5 periods: 5. The test moves the limits to either side of the value, so that a period fails
- * or passes as required; the count is separate. */
+/* A debounce of 4.5 periods takes 5. The test sets the limits to either side of the value, so that a
+ * period fails or passes as required; it counts the periods separately. */
 static void check_debounce(int n)
 {
     static const char pattern[] = "FFFF....FFFF.F.FF.FFFFFFFFFFFFFFF....F....F..FF......FFFFF.....";
@@ -181,7 +182,7 @@ static void test_each_criterion_is_debounced(void)
     }
 }
 
-/* It is set and cleared with the sample, and does not change the others. */
+/* The bit is set and cleared with the sample, and it does not change the other bits. */
 static void test_sample_bit_is_not_debounced(void)
 {
     estimator_params_t params = validity_params(4);

@@ -1,5 +1,6 @@
-/* Against exp() and expm1() in double precision. The header's 5e-7 holds the minimax error (1.1e-7) and the
- * rounding of the reduced argument (2^-25), of the polynomial and of its sum with 1 (2^-24 each). */
+/* The results are compared with exp() and expm1() in double precision. The 5e-7 of the header consist of
+ * the minimax error (1.1e-7), the rounding of the reduced argument (2^-25), and that of the polynomial and
+ * of its sum with 1 (2^-24 each). */
 #include "math/exponential.h"
 #include "tests/unit/worst.h"
 

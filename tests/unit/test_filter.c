@@ -4,8 +4,9 @@
 static const float CUTOFF = 2000.0f;
 static const float PERIOD = 1e-4f;
 
-/* A coefficient wrong by 5e-7 moves the step response by at most n alpha (1-alpha)^(n-1) 5e-7 < 5e-7 (n alpha
- * e^-(n alpha) < 0.37); the sum rounds by 2^-25 a step and forgets it with 1/alpha steps. */
+/* A coefficient that is wrong by 5e-7 changes the step response by at most n alpha (1-alpha)^(n-1) 5e-7 <
+ * 5e-7, because n alpha e^-(n alpha) < 0.37. The sum is rounded by 2^-25 per step, and a rounding decays
+ * with 1/alpha steps. */
 #define TOLERANCE(alpha) (5e-7 + 3e-8 / (alpha))
 
 static void test_step_response_is_the_exact_exponential(void)
@@ -22,7 +23,7 @@ static void test_step_response_is_the_exact_exponential(void)
     }
 }
 
-/* 3 + (1 - exp(-0.01)) (4 - 3). */
+/* The expected value is 3 + (1 - exp(-0.01)) (4 - 3). */
 static void test_step_goes_on_from_any_output_and_stays_at_its_input(void)
 {
     const float share = lowpass_share(100.0f, PERIOD);

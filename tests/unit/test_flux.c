@@ -1,10 +1,11 @@
 /* Adaptation of the flux linkage, which runs with the estimator. */
 #include "tests/unit/estimator_bench.h"
 
-/* With the loop settled: 1/psi_hat goes to 1/psi like exp(-rate t). To the loop a psi_hat that moves is an
- * acceleration of rate times the error of F, which takes kp/ki of itself from the smooth speed, so that rate
- * = share/(1 - share kp/ki). The first 0.3 s are left out, in which the means follow a wrong start of |e|.
- * The change per step is 10 to 25 last digits of 1/psi_hat: a hundredth. */
+/* With a settled loop 1/psi_hat approaches 1/psi like exp(-rate t). A change of psi_hat acts on the loop
+ * like an acceleration of rate times the error of F. An acceleration lowers the smooth speed by kp/ki of
+ * itself, so that rate = share/(1 - share kp/ki). The first 0.3 s are left out, in which the means follow
+ * a wrong start of |e|. The change per step is 10 to 25 last digits of 1/psi_hat, so that the limit is a
+ * hundredth. */
 static void test_flux_adapts_at_its_share(void)
 {
     for (int n = 0; n < 4; n++) {
@@ -22,12 +23,12 @@ static void test_flux_adapts_at_its_share(void)
     }
 }
 
-/* Not below 60 rad/s, not while the detector shows more than 0.05, not when off, not beyond half of the
- * parameter. */
+/* The flux is not adapted below 60 rad/s, while the detector shows more than 0.05, or when the adaptation
+ * is off; it is limited to half of the parameter. */
 static void test_flux_rests_where_it_cannot_be_seen(void)
 {
     static const struct {
-        double omega, share, wrong, lowest, highest; /* the last two of psi_hat/psi after 2 s */
+        double omega, share, wrong, lowest, highest; /* the last two are the range of psi_hat/psi after 2 s */
     } cases[] = {{59.0, 2.0, 1.1, 1.1, 1.1},
                  {61.0, 2.0, 1.1, 0.99, 1.01},
                  {500.0, 0.0, 1.1, 1.1, 1.1},
@@ -46,8 +47,8 @@ static void test_flux_rests_where_it_cannot_be_seen(void)
     }
 }
 
-/* The machine's flux is not that of the parameter: psi_hat changes by up to half of it in both directions and
- * not further, and returns with the flux. */
+/* The flux of the machine differs from the parameter: psi_hat changes by up to half of the parameter in
+ * both directions and not further, and it returns with the flux. */
 static void test_flux_stops_at_half_of_the_parameter_either_way_and_comes_back(void)
 {
     for (int n = 0; n < 4; n++) {
@@ -67,7 +68,7 @@ static void test_flux_stops_at_half_of_the_parameter_either_way_and_comes_back(v
 
 static void test_flux_rests_while_the_detector_is_off(void)
 {
-    static const double ratios[] = {0.045, 0.055}; /* of a/ki */
+    static const double ratios[] = {0.045, 0.055}; /* ratios of a/ki */
     for (int n = 0; n < 4; n++) {
         double way = n % 2 ? -1.0 : 1.0;
         estimator_params_t params = params_of(0);
@@ -87,7 +88,7 @@ static void test_flux_rests_while_the_detector_is_off(void)
     }
 }
 
-/* An adapted flux remains when the tuning changes, except when its parameter changes or the adaptation is
+/* An adapted flux is kept when the tuning changes, unless its own parameter changes or the adaptation is
  * off. */
 static void test_retune_keeps_an_adapted_flux_while_it_is_meant(void)
 {

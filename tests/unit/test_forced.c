@@ -1,9 +1,10 @@
-/* The forced frame and its damping. Load angle gamma: by how much the frame's d axis is ahead of the rotor's.
+/* The forced frame and its damping. gamma is the load angle, by which the d axis of the frame is ahead of the
+ * rotor's:
  *
- *     torque = K_t (I sin gamma + i_q cos gamma),   e_q = omega psi_f cos gamma,   e_d = omega psi_f sin
- * gamma
+ *     torque = K_t (I sin gamma + i_q cos gamma), e_q = omega psi_f cos gamma, e_d = omega psi_f sin gamma
  *
- * so that for small swings  s^2 + (K_t k psi_f p/J) H(s) s + w_n^2 = 0,  H: high-pass and low-pass of e_q. */
+ * so that small swings obey s^2 + (K_t k psi_f p/J) H(s) s + w_n^2 = 0, where H is the high-pass and
+ * low-pass of e_q. */
 #include "fast/reference/forced.h"
 #include "tests/unit/vectors.h"
 
@@ -51,7 +52,8 @@ static double natural(double inertia)
     return sqrt(POLE_PAIRS * KT * CURRENT / inertia);
 }
 
-/* Half of critical with a light rotor, the observer's errors with a heavy one. */
+/* The damping is half of the critical one with a light rotor; with a heavy rotor errors of the observer
+ * limit it. */
 static void test_damping_by_the_rule(void)
 {
     static const double inertias[] = {1e-4, 0.003, 0.0636, 1.0};
@@ -70,19 +72,20 @@ static void test_damping_by_the_rule(void)
         }
     }
     begin(0.003, 10.0, 0.0);
-    TEST_ASSERT_TRUE(tuning.damping < 0.5f); /* by w_n */
+    TEST_ASSERT_TRUE(tuning.damping < 0.5f); /* limited by w_n */
     begin(0.0636, 10.0, 0.0);
-    TEST_ASSERT_TRUE(tuning.damping < 0.9f); /* by R and the dead time */
+    TEST_ASSERT_TRUE(tuning.damping < 0.9f); /* limited by R and the dead time */
 }
 
-/* y += share (x - y), of which a sample acts at once: share/(1 - (1 - share)/z). */
+/* The transfer function of y += share (x - y) if a sample acts at once: share/(1 - (1 - share)/z). */
 static double complex lowpass_of(double cutoff, double complex z)
 {
     const double share = 1.0 - exp(-cutoff * T);
     return share / (1.0 - (1.0 - share) / z);
 }
 
-/* High-pass and low-pass turn it by less than a quarter each: 6 rad/s before, 2.5/(k L) behind. */
+/* High-pass and low-pass shift the phase by less than a quarter of a turn each: the high-pass has 6 rad/s,
+ * the low-pass 2.5/(k L). */
 static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
 {
     const double k = (double)tuning.damping;
@@ -104,9 +107,10 @@ static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
     }
 }
 
-/* The loop through a current along d, share D/L_d, is 0.8 at most: all of 0.8 up to L_q = 2 L_d. So is that
- * through a winding that the current sees with L_i instead of the observer's L_o = L_d, of which the observed
- * EMF has u (1 - L_o/L_i): all of 0.8 down to L_i = L_o/2. */
+/* The share of the EMF that is fed forward is 0.8, unless the gain of the loop through a current along d,
+ * share D/L_d, would exceed 0.8: it is 0.8 up to L_q = 2 L_d, and smaller above. The same limit applies to
+ * a winding whose incremental inductance L_i differs from the observer's L_o = L_d: the observed EMF
+ * contains u (1 - L_o/L_i), and the share is 0.8 down to L_i = L_o/2. */
 static void test_feed_forward_of_the_emf_is_a_loop_below_one_for_any_saliency(void)
 {
     TEST_ASSERT_EQUAL_FLOAT(0.8f, tuning.emf_share);
@@ -124,7 +128,7 @@ static void test_feed_forward_of_the_emf_is_a_loop_below_one_for_any_saliency(vo
     }
 }
 
-/* exp(-6 t) of it is left; the low-pass comes behind. */
+/* exp(-6 t) of a constant e_q is left after the high-pass; the low-pass follows. */
 static void test_what_turns_along_is_no_swing(void)
 {
     const double k = (double)tuning.damping;
@@ -137,7 +141,7 @@ static void test_what_turns_along_is_no_swing(void)
     }
 }
 
-/* The damping has priority within the current of a start; the d axis gets the rest. */
+/* The damping has priority within the current of a start; the d axis gets the rest of the vector. */
 static void test_current_stays_within_the_longest_vector(void)
 {
     for (double swing = -100.0; swing <= 100.0; swing += 5.0) {
@@ -174,7 +178,8 @@ static void test_frame_turns_on_by_its_speed(void)
     }
 }
 
-/* In steps of the ramp until 12 rad/s times the rest are less; from there on exponentially. */
+/* The speed changes by the ramp while that is less than 12 rad/s times the rest, and exponentially from
+ * there on. */
 static void test_speed_goes_to_its_target_by_the_ramp_and_gently_at_the_end(void)
 {
     for (int way = -1; way <= 1; way += 2) {

@@ -1,5 +1,5 @@
-/* Frames of XCP on TCP and SxI: LEN and CTR of 16 bits each, Intel order, then the packet; on a serial line a
- * fill octet and the sum of all words. */
+/* Frames of XCP on TCP and SxI: LEN and CTR of 16 bits each in Intel order, then the packet; on a serial
+ * line a fill octet and the sum of all words follow. */
 #include "talk/frame.h"
 
 #include "tests/unit/compare.h"
@@ -19,7 +19,7 @@ void setUp(void)
     now = 1000u;
 }
 
-/* Packets that these octets, at this time, complete. */
+/* The number of packets that these octets, arriving now, complete. */
 static uint32_t hear(const uint16_t *octets, uint32_t count)
 {
     uint32_t packets = 0u;
@@ -45,9 +45,9 @@ static void test_a_frame_is_complete_with_its_last_octet_and_not_before(void)
     TEST_ASSERT_TRUE(frame_take(&receiver, connect[5], now));
     TEST_ASSERT_EQUAL_UINT32(1u, receiver.frames);
     TEST_ASSERT_EQUAL_UINT32(0u, receiver.errors);
-    expect_connect(); /* at once, or */
+    expect_connect(); /* the next frame follows at once */
     now += 100u * SILENCE;
-    expect_connect(); /* after any time */
+    expect_connect(); /* a later frame is also accepted */
 }
 
 static void test_a_packet_may_have_the_stated_length_and_not_more(void)
@@ -73,9 +73,9 @@ static void test_after_a_wrong_length_a_silence_brings_it_back(void)
         TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors);
         now += SILENCE - 1u;
         TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 6u));
-        now += SILENCE - 1u; /* the silence begins again with each octet */
+        now += SILENCE - 1u; /* each octet restarts the silence */
         TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 6u));
-        TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors); /* one error, one count */
+        TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors); /* one wrong length is counted as one error */
         now += SILENCE;
         expect_connect();
     }
@@ -92,11 +92,11 @@ static void test_half_a_frame_ends_with_a_silence(void)
         now += 1u;
         frame_listen(&receiver, now);
         TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors);
-        expect_connect(); /* that was the silence */
+        expect_connect(); /* this was the silence */
     }
 }
 
-/* Time wraps meanwhile. */
+/* The time counter wraps during the frame. */
 static void test_slow_octets_make_a_frame_all_the_same(void)
 {
     now = UINT32_MAX - 3u * SILENCE;
@@ -113,19 +113,19 @@ static void test_an_error_of_the_line_drops_the_frame_under_way(void)
     frame_broken(&receiver, now);
     TEST_ASSERT_EQUAL_UINT32(0u, hear(connect + 3, 3u));
     TEST_ASSERT_EQUAL_UINT32(1u, receiver.errors);
-    frame_broken(&receiver, now); /* nothing more is lost */
+    frame_broken(&receiver, now); /* no further octet is lost */
     TEST_ASSERT_EQUAL_UINT32(1u, receiver.errors);
     now += SILENCE;
     expect_connect();
     now += 10u * SILENCE; /* the beginning of a frame was lost: the silence before it does not count as the
-                             silence behind it */
+                             silence after it */
     frame_broken(&receiver, now);
     TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 6u));
     now += SILENCE;
     expect_connect();
 }
 
-/* Octets may have arrived while the receiver was off. */
+/* While the receiver was off, octets may have arrived that it has not noticed. */
 static void test_a_silence_while_not_listening_does_not_count(void)
 {
     (void)hear(connect, 3u);
@@ -134,7 +134,7 @@ static void test_a_silence_while_not_listening_does_not_count(void)
     TEST_ASSERT_EQUAL_UINT32(1u, hear(connect + 3, 3u));
 }
 
-/* A word has sixteen bits, an octet eight. */
+/* A word of the C28x has sixteen bits, an octet has eight. */
 static void test_only_the_lower_eight_bits_of_a_word_count(void)
 {
     static const uint16_t frame[] = {0xAA02, 0xFF00, 0x1200, 0x3400, 0x56FF, 0x7800};
@@ -160,24 +160,25 @@ static void test_what_is_sent_has_length_and_counter_in_front(void)
     }
 }
 
-/* ---- with a tail ---- */
+/* ---- frames with a tail ---- */
 
-/* In this order: octets, true if they are a packet, number of errors so far. */
+/* The columns are: octets, 1 if they are a packet, number of errors so far. */
 static void test_with_a_tail_the_sum_must_agree_and_the_counter_must_follow(void)
 {
     static const struct {
         uint16_t octets[8];
         uint32_t packets, errors;
     } frames[] = {
-        {{0x01, 0, 0x00, 0, 0xFD, 0x00, 0xFE, 0x00}, 0u, 1u},    /* before the first CONNECT */
-        {{0x02, 0, 0x05, 0, 0xFF, 0x00, 0x06, 0x01}, 1u, 1u},    /* 0002 + 0005 + 00FF */
-        {{0x01, 0, 0x06, 0, 0xFD, 0x00, 0x04, 0x01}, 1u, 1u},    /* 0001 + 0006 + 00FD */
-        {{0x01, 0, 0x06, 0, 0xFD, 0x00, 0x04, 0x01}, 0u, 2u},    /* twice */
-        {{0x01, 0, 0x08, 0, 0xFD, 0x00, 0x06, 0x01}, 0u, 3u},    /* the one before was lost */
-        {{0x01, 0, 0xFF, 0xFF, 0xFC, 0x00, 0xFC, 0x00}, 1u, 3u}, /* SYNCH with any; 100FC in 16 bits */
+        {{0x01, 0, 0x00, 0, 0xFD, 0x00, 0xFE, 0x00}, 0u, 1u}, /* a command before the first CONNECT */
+        {{0x02, 0, 0x05, 0, 0xFF, 0x00, 0x06, 0x01}, 1u, 1u}, /* CONNECT: 0002 + 0005 + 00FF */
+        {{0x01, 0, 0x06, 0, 0xFD, 0x00, 0x04, 0x01}, 1u, 1u}, /* the next counter: 0001 + 0006 + 00FD */
+        {{0x01, 0, 0x06, 0, 0xFD, 0x00, 0x04, 0x01}, 0u, 2u}, /* the same counter twice */
+        {{0x01, 0, 0x08, 0, 0xFD, 0x00, 0x06, 0x01}, 0u, 3u}, /* a frame was lost before this one */
+        /* A SYNCH packet with any counter; its sum is 100FC, of which 16 bits are sent. */
+        {{0x01, 0, 0xFF, 0xFF, 0xFC, 0x00, 0xFC, 0x00}, 1u, 3u},
         {{0x01, 0, 0x00, 0, 0xFD, 0x00, 0xFE, 0x00}, 1u, 3u},
-        {{0x01, 0, 0x01, 0, 0xFD, 0x00, 0xFE, 0x00}, 0u, 4u}, /* FF is its sum */
-        {{0x01, 0, 0x01, 0, 0xFD, 0x00, 0xFF, 0x00}, 0u, 4u}, /* no silence in between */
+        {{0x01, 0, 0x01, 0, 0xFD, 0x00, 0xFE, 0x00}, 0u, 4u}, /* a wrong sum: FF is the right one */
+        {{0x01, 0, 0x01, 0, 0xFD, 0x00, 0xFF, 0x00}, 0u, 4u}, /* no silence has followed the error */
     };
     receiver.tail = 1u;
     for (size_t n = 0; n < sizeof frames / sizeof frames[0]; n++) {
@@ -187,7 +188,8 @@ static void test_with_a_tail_the_sum_must_agree_and_the_counter_must_follow(void
     }
 }
 
-/* 0003 + 22FE + 0033, where the fill octet was another one; 0004 + 0001 + FFFF + FFFE = 20002. */
+/* 0003 + 22FE + 0033 with the fill octet 0, which had another value in the buffer; 0004 + 0001 + FFFF +
+ * FFFE = 20002. */
 static void test_with_a_tail_what_is_sent_ends_with_the_sum(void)
 {
     static const uint16_t expected[][10] = {{3u, 0u, 0u, 0u, 0xFE, 0x22, 0x33, 0u, 0x34, 0x23},

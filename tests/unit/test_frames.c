@@ -1,10 +1,11 @@
-/* Clarke and Park against complex numbers in double precision: the space vector 2/3 (a + b w + c w^2), w =
- * exp(j 2 pi/3), and its product with exp(-j theta). */
+/* The Clarke and Park transforms are compared with complex numbers in double precision: the space vector
+ * 2/3 (a + b w + c w^2), w = exp(j 2 pi/3), and its product with exp(-j theta). */
 #include "math/frames.h"
 #include "tests/unit/vectors.h"
 
-/* Each output is a sum of at most three products of numbers up to 100 and constants up to 1; every operation
- * and constant rounds by 2^-24 of at most 200 (sums before scaling). Five of them: */
+/* Each output is a sum of at most three products of numbers up to 100 with constants up to 1. There are
+ * five roundings, of the operations and of the constants, each by 2^-24 of at most 200 (the sums before
+ * they are scaled). */
 #define TOLERANCE (5.0 * 200.0 / 16777216.0)
 
 static const abc_t PHASES[] = {
@@ -71,8 +72,8 @@ static void test_park_is_a_turn_backwards_and_its_inverse_forwards(void)
     }
 }
 
-/* The turn from one frame to another: the vector in the one frame, turned by it, is the vector in the other
- * frame. */
+/* The rotation from one frame to another: a vector in the one frame, rotated by it, is the same vector in
+ * the other frame. */
 static void test_turn_between_two_frames(void)
 {
     const ab_t vector = {7.0f, -3.0f};

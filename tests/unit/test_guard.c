@@ -1,5 +1,5 @@
-/* Every row of the fault table, from the table: the result of the guard is compared in each period with a
- * model that reads the same rows one at a time. */
+/* Every row of the fault table: in each period the result of the guard is compared with a model that
+ * evaluates the same rows one at a time. */
 #include "guard/guard.h"
 
 #include "tests/unit/compare.h"
@@ -22,21 +22,21 @@ typedef struct {
     measured_t measured;
     guard_input_t input;
     guard_found_t found;
-    uint32_t bad; /* 1: a bad sample */
+    uint32_t bad; /* 1: the sample is bad */
 } scene_t;
 
 static uint32_t clock; /* [periods] since setUp */
 
-/* Each condition of the drive alone, and all together. */
+/* Each condition of the drive alone, and all of them together. */
 #define EVERY (GUARD_ALWAYS | GUARD_RUNNING | GUARD_ENCODER | GUARD_TRACKING | GUARD_SUPPLIED)
 
 static params_t params;
-static guard_t each, slow; /* the fast task's, the medium task's */
+static guard_t each, slow; /* the guard of the fast task and that of the medium task */
 static guard_tuning_t tuning;
-static guard_t guard; /* both */
+static guard_t guard; /* the result of both */
 static scene_t healthy;
 
-/* The result of both guards of the drive together. */
+/* Combines the results of both guards. */
 static void unite(void)
 {
     guard = each;
@@ -47,7 +47,7 @@ static void unite(void)
     guard.warnings = fault_set_both(each.warnings, slow.warnings);
 }
 
-/* None of the limits is a default. */
+/* None of the limits is the default one. */
 void setUp(void)
 {
     params_defaults(&params);
@@ -69,15 +69,14 @@ void setUp(void)
                      .u_dc = 311.0f,
                      .sink_temperature = 40.0f,
                      .motor_temperature = 45.0f,
-                     .flags = DRIVE_SAMPLE_FAULT_LINE}, /* a trip is what counts */
+                     .flags = DRIVE_SAMPLE_FAULT_LINE}, /* this flag counts as a trip */
         .input = {.omega_m = 100.0f, .now = EVERY},
-        .found = {.estimate_invalid = ESTIMATOR_SAMPLE}, /* counted by itself, as a bad sample */
+        .found = {.estimate_invalid = ESTIMATOR_SAMPLE}, /* the guard counts it by itself, as a bad sample */
     };
 }
 
-/* One guard has the rows that are judged in each period, the other those that are judged in the last of a
- * window. If the first one returns that no call is necessary, a call changes nothing: no row is missing
- * there. */
+/* One guard has the rows that are judged in each period, the other those that are judged in the last
+ * period of a window. If the first one returns that no call is necessary, a call must change nothing. */
 static void step(const scene_t *scene)
 {
     clock++;
@@ -108,7 +107,7 @@ static void expect_set(fault_set_t expected, fault_set_t set, const char *of)
     TEST_ASSERT_EQUAL_HEX32_MESSAGE(expected.word[1], set.word[1], of);
 }
 
-/* The shown rows, by fault_reaction_t. */
+/* The shown rows, in the order of fault_reaction_t. */
 static void expect_shown(const fault_set_t sets[4], const char *of)
 {
     expect_set(sets[FAULT_OPEN], guard.faults, of);
@@ -123,8 +122,8 @@ static void expect_nothing(void)
     expect_shown(none, "nothing");
 }
 
-/* The sources of the quantities of the table, each in every form: bits of a word of the scene, or without
- * bits a float, whose amount counts for both signs. The ways of a quantity follow each other. */
+/* The inputs from which a quantity of the table can come: bits of a word of the scene, or without bits a
+ * float, whose magnitude counts for both signs. The inputs of the same quantity are adjacent. */
 #define AT(field) offsetof(scene_t, field)
 static const struct {
     const char *quantity;
@@ -192,7 +191,7 @@ static bool is_way(size_t way, uint32_t row)
     return way < WAYS && strcmp(ways[way].quantity, fault_rows[row].quantity) == 0;
 }
 
-/* The first source of a row; for a row without one the test fails here: its quantity must be added above. */
+/* The first input of a row. If a row has none, the test fails here, and its quantity must be added above. */
 static size_t way_of(uint32_t row)
 {
     size_t way = 0;
@@ -260,8 +259,9 @@ static bool counts(uint32_t row, uint32_t now)
     return fault_rows[row].when == FAULT_ALWAYS || (now & GUARD_MOMENT(fault_rows[row].when)) != 0u;
 }
 
-/* The number of periods for which a row is known to hold, of the last `periods` in which it did: a slow row
- * counts from the first evaluation that has seen it to the last one. */
+/* Returns the number of periods that the guard has counted for a row whose condition has held for the last
+ * `periods`. For a row that is not evaluated in each period, these are the periods from the first
+ * evaluation of this time to the last one. */
 static uint32_t seen(const fault_row_t *row, uint32_t periods)
 {
     if (row->rate == FAULT_EACH) {
@@ -271,7 +271,7 @@ static uint32_t seen(const fault_row_t *row, uint32_t periods)
     return looks == 0u ? 0u : 1u + DRIVE_WINDOW * (looks - 1u);
 }
 
-/* The state of a row after its quantity has had this value for this number of periods. */
+/* Returns the state of a row whose quantity had this value for this number of periods. */
 static void expect_after(uint32_t of_row, float value, uint32_t now, uint32_t periods)
 {
     fault_set_t sets[4] = {{{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}};
@@ -290,8 +290,8 @@ static bool shown(uint32_t row)
     return fault_set_has(guard.failed, (fault_bit_t)row);
 }
 
-/* This number of periods with this value: all are compared on the host, on other targets those next to the
- * debounce and some of the others. */
+/* Runs this number of periods with this value. On the host all periods are compared, on other targets
+ * those next to the debounce and some of the others. */
 static void check_periods(uint32_t row, float value, size_t way, uint32_t now, uint32_t count)
 {
     scene_t scene = healthy;
@@ -307,7 +307,7 @@ static void check_periods(uint32_t row, float value, size_t way, uint32_t now, u
     }
 }
 
-/* Without a fault until no row is shown or counted any more: at most until the next evaluation. */
+/* Runs without a fault until no row is shown or counted any more, at most until the next evaluation. */
 static void recover(void)
 {
     do {
@@ -318,8 +318,8 @@ static void recover(void)
 
 /* ---- every row ---- */
 
-/* At its limit it is not shown; beyond the limit it must hold for its debounce; then it is shown exactly as
- * long as it holds. */
+/* A row is not shown at its limit. Beyond the limit it must hold for its debounce time; then it is shown
+ * exactly as long as it holds. */
 static void test_every_row_shows_beyond_its_limit_after_its_debounce(void)
 {
     for (uint32_t row = 0; row < ROWS; row++) {
@@ -334,7 +334,7 @@ static void test_every_row_shows_beyond_its_limit_after_its_debounce(void)
             setUp();
             check_periods(row, beyond(row), way, EVERY, debounce + 100u);
             TEST_ASSERT_TRUE_MESSAGE(shown(row), fault_rows[row].name);
-            TEST_ASSERT_TRUE(guard.held[row] < debounce); /* and is counted no further */
+            TEST_ASSERT_TRUE(guard.held[row] < debounce); /* the count ends at the debounce */
             if (fault_rows[row].rate == FAULT_EACH) {
                 step(&healthy);
                 expect_nothing();
@@ -344,7 +344,7 @@ static void test_every_row_shows_beyond_its_limit_after_its_debounce(void)
     }
 }
 
-/* [periods] after which a row is shown, for any times of the evaluations. */
+/* [periods] after which a row is shown, whatever the times of the evaluations are. */
 static uint32_t enough(uint32_t row)
 {
     return fault_rows[row].debounce + (fault_rows[row].rate == FAULT_SLOW ? 2u * DRIVE_WINDOW : 0u);
@@ -363,8 +363,9 @@ static void test_every_row_counts_again_after_a_break(void)
     }
 }
 
-/* Each time at which a condition may begin: with the gates off only lasting dangers count, those of the
- * encoder and of the estimate only while control uses them; an earlier condition counts from that time on. */
+/* Each time at which a condition may begin. With the gates off only lasting dangers count; conditions of
+ * the encoder and of the estimate count only while the control uses them. An earlier condition counts from
+ * that time on. */
 static void test_every_row_is_silent_until_its_moment(void)
 {
     for (uint32_t row = 0; row < ROWS; row += SWEEP_FEW) {
@@ -377,7 +378,8 @@ static void test_every_row_is_silent_until_its_moment(void)
                 check_periods(row, beyond(row), way_of(row), its_own, enough(row));
                 TEST_ASSERT_TRUE_MESSAGE(shown(row), fault_rows[row].name);
                 if (fault_rows[row].rate == FAULT_EACH) {
-                    check_periods(row, beyond(row), way_of(row), moments, 1u); /* and no longer than it is */
+                    /* And not longer than its condition holds. */
+                    check_periods(row, beyond(row), way_of(row), moments, 1u);
                 }
             }
         }
@@ -386,7 +388,7 @@ static void test_every_row_is_silent_until_its_moment(void)
 
 /* ---- requirements on the table ---- */
 
-/* The value of the first list that names the row; each name in a list is between blanks. */
+/* The value of the first list that contains the name of the row; each name in a list is between blanks. */
 typedef struct {
     const char *rows;
     float value;
@@ -402,9 +404,9 @@ static float ruled(const rule_t *rule, uint32_t row)
     return rule->value;
 }
 
-/* A danger of destruction within a period stops the drive at once, a voltage or a speed within a millisecond,
- * a temperature within a tenth of a second; single disturbed conversions and late interrupts are permitted.
- * Other conditions have been debounced where they are found. */
+/* Debounce times: a danger of destruction within a period stops the drive at once, a voltage or a speed
+ * within a millisecond, a temperature within a tenth of a second. Single disturbed conversions and late
+ * interrupts are permitted. The other conditions are debounced where they are detected. */
 static const rule_t debounces[] = {{" bad_sample late ", 3.0f},
                                    {" dc_overvoltage ", 2.0f},
                                    {" overspeed dc_undervoltage ", 1e-3f / DRIVE_PERIOD},
@@ -413,8 +415,9 @@ static const rule_t debounces[] = {{" bad_sample late ", 3.0f},
                                    {" current_sum ", 2.4e-3f / DRIVE_PERIOD},
                                    {NULL, 1.0f}};
 
-/* With the gates off, the lasting and the destroying conditions; those of the encoder and of the estimate
- * only while control uses them; all others while the gates are on. */
+/* The periods in which each row is evaluated. The conditions that last or destroy are evaluated also with
+ * the gates off, those of the encoder and of the estimate only while the control uses them, and all others
+ * while the gates are on. */
 static const rule_t moments[] = {
     {" overcurrent bad_sample dc_overvoltage sink_hot motor_hot sink_warm motor_warm program_corrupt "
      "params_corrupt stack_low encoder_lost motor_overload module_overload derating master_silent "
@@ -425,9 +428,9 @@ static const rule_t moments[] = {
     {" dc_undervoltage ", FAULT_SUPPLIED},
     {NULL, FAULT_RUNNING}};
 
-/* A slow danger leaves time to brake. Warnings are given for heat, for active limits, for ripple, and for an
- * encoder that is not used any more. A rotor that is lost is caught again; too many losses, or a failed
- * start, are a fault. */
+/* A slow danger leaves time to brake. Warnings are given for heat, active limits and ripple, and for an
+ * encoder that is not used any more. A lost rotor is caught again; too many losses, or a failed start, are
+ * a fault. */
 static const rule_t reactions[] = {
     {" sink_hot motor_hot background_stalled speed_error motor_overload ", FAULT_STOP},
     {" sink_warm motor_warm encoder_lost derating dc_ripple dc_limits master_silent loop_slow oscillation ",
@@ -435,7 +438,7 @@ static const rule_t reactions[] = {
     {" estimate_amplitude estimate_detector estimate_current estimate_speed unlocked ", FAULT_CATCH},
     {NULL, FAULT_OPEN}};
 
-/* Warm is 10 K below hot. */
+/* A warning of temperature is given 10 K below the limit. */
 static const rule_t margins[] = {{" sink_warm motor_warm ", -10.0f}, {NULL, 0.0f}};
 
 static void test_reactions_are_as_fast_as_the_danger(void)
@@ -449,7 +452,8 @@ static void test_reactions_are_as_fast_as_the_danger(void)
     }
 }
 
-/* A row's place is its bit, and its number permanent: append only. Each is a reason with a text. */
+/* The place of a row is its bit, and its number is permanent: new rows are only appended. Each row is a
+ * reason with a text. */
 static void test_rows_keep_their_places_and_numbers(void)
 {
     static const int32_t numbers[] = {20, 21, 30, 22, 26, 29, 23, 28, 24, 25, 32, 33, 34, 35,  37,  38,
@@ -463,7 +467,7 @@ static void test_rows_keep_their_places_and_numbers(void)
     }
 }
 
-/* ---- several at once ---- */
+/* ---- several faults at once ---- */
 
 static void test_the_gravest_of_several_is_named(void)
 {
@@ -479,7 +483,7 @@ static void test_the_gravest_of_several_is_named(void)
     TEST_ASSERT_EQUAL_INT32(REASON_OVERCURRENT, fault_rows[1].reason);
 }
 
-/* Any two ways of conditions that fail at once, of one word or of two. */
+/* Any two conditions that fail at once, in one word or in two. */
 static void test_conditions_at_once_are_distinguished(void)
 {
     for (uint32_t one = 0; one < ROWS; one++) {
@@ -504,7 +508,7 @@ static void test_conditions_at_once_are_distinguished(void)
 
 static void test_new_limits_act_at_once_and_the_counting_goes_on(void)
 {
-    const fault_set_t overcurrent = fault_set_of(FAULT_OVERCURRENT); /* of 1 A */
+    const fault_set_t overcurrent = fault_set_of(FAULT_OVERCURRENT); /* with a limit of 1 A */
     scene_t scene = healthy;
     scene.measured.u_dc = params.dc_undervoltage - 1.0f;
     for (uint32_t n = 1; n <= DRIVE_PERIODS(1e-3f); n++) {

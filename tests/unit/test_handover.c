@@ -3,14 +3,14 @@
 #include "tests/unit/compare.h"
 
 #define T       1e-4f
-#define CURRENT 10.0f  /* I of a start [A] */
-#define HELD    1500u  /* 0.15 s */
-#define LONGEST 10000u /* 1 s */
-#define OMEGA   60.0f  /* of the forced frame [rad/s] */
+#define CURRENT 10.0f  /* [A] I of a start */
+#define HELD    1500u  /* [periods] 0.15 s */
+#define LONGEST 10000u /* [periods] 1 s */
+#define OMEGA   60.0f  /* [rad/s] speed of the forced frame */
 
 static handover_t handover;
 
-/* The requests in a period; `way` reverses all signs. */
+/* The state in a period; `way` reverses all signs. */
 static estimate_t estimate;
 static lock_t lock;
 static float omega_forced;
@@ -43,7 +43,7 @@ static handover_outcome_t step(void)
     return handover_step(&handover, &estimate, &lock, omega_forced, current);
 }
 
-/* Periods until it ends. */
+/* The number of periods until the hand-over ends. */
 static uint32_t outcome_after(handover_outcome_t *outcome)
 {
     uint32_t periods = 0u;
@@ -76,13 +76,13 @@ static void test_good_after_a_sixth_of_a_second_in_either_direction(void)
     expect_good();
 }
 
-/* Each condition just met and just not met, forwards and backwards. A current of 1.6 3 A + 0.15 10 A = 6.3 A
- * is enough, for either sign. A psi_f that is configured 30 % wrong makes an EMF of 1/1.3 or 1/0.7 of the
- * expected one, with exact voltages. */
+/* Each condition is just met and just not met, forwards and backwards. A current of 1.6 x 3 A + 0.15 x 10
+ * A = 6.3 A of either sign is accepted. A psi_f that is configured 30 % wrong makes 1/1.3 or 1/0.7 of the
+ * expected EMF, with exact voltages. */
 static void test_one_condition_prevents_it(void)
 {
     static const struct {
-        float speed, projection, scatter, i_d; /* share, share, -, [A] */
+        float speed, projection, scatter, i_d; /* [-] shares of the expected values; [-]; [A] */
         bool good;
     } cases[] = {{0.79f, 1.0f, 0.0f, 1.0f, false}, {0.81f, 1.0f, 0.0f, 1.0f, true},
                  {1.19f, 1.0f, 0.0f, 1.0f, true},  {1.21f, 1.0f, 0.0f, 1.0f, false},
@@ -117,8 +117,8 @@ static void test_an_interruption_restarts_the_time(void)
     TEST_ASSERT_EQUAL_INT(HANDOVER_GOOD, step());
 }
 
-/* A leg that passes zero takes 0.25 A off i_q for 2 ms: at 70 rad/s 0.13 of that is in the mean that is
- * handed over, and the current that is left beside it may pass its limit for as long. */
+/* A leg whose current passes zero takes 0.25 A from i_q for 2 ms. At 70 rad/s 0.13 of this is in the mean
+ * that is handed over; meanwhile i_d may exceed its limit. */
 static void test_what_is_handed_over_is_the_mean_of_the_current(void)
 {
     const dq_t before = current;
@@ -136,7 +136,7 @@ static void test_what_is_handed_over_is_the_mean_of_the_current(void)
                               (double)handover.mean.d);
 }
 
-/* Towards 1.3 |i_q| and a tenth of I, with 10 rad/s. */
+/* The current approaches 1.3 |i_q| plus a tenth of I, at 10 rad/s. */
 static void test_current_goes_to_what_the_load_needs(void)
 {
     static const double needs[] = {0.0, 3.0, -3.0, 6.5};

@@ -1,8 +1,8 @@
-/* The holding brake: the state that follows at each evaluation. */
+/* The holding brake: the next state at each evaluation. */
 #include "medium/protect/holding_brake.h"
 #include "tests/unit/compare.h"
 
-#define LOOK 0.8e-3 /* [s] */
+#define LOOK 0.8e-3 /* [s] between two evaluations */
 
 static holding_brake_t brake;
 static holding_brake_tuning_t tuning;
@@ -12,8 +12,8 @@ void setUp(void)
 {
     const holding_brake_params_t params = {
         .on = true,
-        .release_time = 40e-3f, /* 50 evaluations, one more, and two until the output is set */
-        .apply_time = 80e-3f,   /* 100, the same */
+        .release_time = 40e-3f, /* [s] 50 evaluations */
+        .apply_time = 80e-3f,   /* [s] 100 evaluations */
         .preload = 7.0f,
         .current_limit = 10.0f,
         .period = (float)LOOK,
@@ -23,7 +23,7 @@ void setUp(void)
     input = (holding_brake_input_t){.bridge = true, .holds = true, .set = false, .torque = 7.0f};
 }
 
-/* Looks until this state, at most `most`. */
+/* The number of evaluations until this state, at most `most`. */
 static uint32_t until(brake_state_t state, uint32_t most)
 {
     uint32_t n = 0u;
@@ -45,14 +45,15 @@ static void stays(brake_state_t state, uint32_t looks)
 
 static void test_it_is_released_when_the_torque_is_there(void)
 {
-    TEST_ASSERT_EQUAL_UINT32(6u, until(BRAKE_RELEASING, 100u)); /* 4 ms, and one */
+    TEST_ASSERT_EQUAL_UINT32(6u, until(BRAKE_RELEASING, 100u)); /* [evaluations] 4 ms, and one more */
     TEST_ASSERT_TRUE(holding_brake_opens(&brake));
+    /* The release time is 50 evaluations; one more follows, and two until the output is set. */
     TEST_ASSERT_EQUAL_UINT32(53u, until(BRAKE_RELEASED, 1000u));
     TEST_ASSERT_TRUE(holding_brake_opens(&brake));
     TEST_ASSERT_EQUAL_UINT32(0u, brake.failed);
 }
 
-/* 5 % of the limit of 10 A are 0.5 A; half a second are 625 looks. */
+/* 5 % of the limit of 10 A are 0.5 A; half a second are 625 evaluations. */
 static void test_it_stays_set_without_the_torque_and_that_is_a_fault(void)
 {
     input.torque = 6.4f;
@@ -90,6 +91,7 @@ static void test_it_is_set_for_its_apply_time_before_it_counts_as_set(void)
     input.set = true;
     stays(BRAKE_APPLYING, 1u);
     TEST_ASSERT_FALSE(holding_brake_opens(&brake));
+    /* The apply time is 100 evaluations; one more follows, and two until the output is set. */
     TEST_ASSERT_EQUAL_UINT32(103u, until(BRAKE_SET, 1000u));
     stays(BRAKE_SET, 2000u);
     TEST_ASSERT_EQUAL_UINT32(0u, brake.failed);

@@ -1,5 +1,5 @@
-/* The learnt inductance on an EMF made by algebra: e_q = psi_f omega + (L_d,true - L_q,assumed) omega i_d
- * and what else is asked, with a current control that follows by a low-pass. */
+/* The learnt inductance with an EMF from algebra, e_q = psi_f omega + (L_d,true - L_q,assumed) omega i_d
+ * plus the disturbance of a test, and with a current control that follows like a low-pass. */
 #include "medium/adapt/inductance.h"
 #include "medium/adapt/sums.h"
 #include "tests/unit/compare.h"
@@ -11,30 +11,30 @@
 #define R_TRUE 0.97
 #define I_Q    4.5
 
-/* The motion of the rotor, and its known values. */
+/* The motion of the rotor, its true values, and those of the parameters. */
 typedef struct {
     double omega;              /* [rad/s] */
     double l_d, l_q;           /* true [H] */
-    double l_d_from, l_q_from; /* of the parameters [H] */
+    double l_d_from, l_q_from; /* [H] values of the parameters */
     double i_q;                /* [A] */
-    double noise;              /* of e_q, uniform, +- [V] */
-    double ripple;             /* of e_q [V] ... */
-    double ripple_omega;       /* ... at this frequency [rad/s] */
+    double noise;              /* [V] largest magnitude of the uniform noise of e_q */
+    double ripple;             /* [V] amplitude of a ripple of e_q */
+    double ripple_omega;       /* [rad/s] its frequency */
     double acceleration;       /* [rad/s^2] */
-    double resistance;         /* error of R, seen by e_q alone [ohm] */
-    double r, r_from;          /* true R, and that of the parameters [ohm] */
-    double wrong_l;            /* true minus assumed L, seen by e_d alone [H] */
-    double loop;               /* the loop's bandwidth [rad/s]; 0: its angle is constant */
-    double swing;              /* of i_q per i_d, late by 5 ms [-] */
-    double detector;           /* [-] */
-    double follows;            /* i_d per reference [-] */
-    double rate;               /* [1/s] */
+    double resistance;         /* [ohm] error of R that acts on e_q alone */
+    double r, r_from;          /* [ohm] true R, and that of the parameters */
+    double wrong_l;            /* [H] true minus assumed L, acts on e_d alone */
+    double loop;               /* [rad/s] bandwidth of the tracking loop; 0: its angle is constant */
+    double swing;              /* [-] i_q per i_d, delayed by 5 ms */
+    double detector;           /* [-] reading of the detector */
+    double follows;            /* [-] i_d per reference */
+    double rate;               /* [1/s] rate of learning */
     bool sound;
     bool voltage_unknown;
 } motor_t;
 
 static inductance_t x;
-static uint32_t every = EVERY; /* [periods] of a step */
+static uint32_t every = EVERY; /* [periods] between two steps */
 static uint32_t seed;
 static double time_now; /* [s] */
 
@@ -59,7 +59,7 @@ static double random_pm1(void)
     return (double)seed / 2147483648.0 - 1.0;
 }
 
-/* The tuning that the background computes from the learnt values. */
+/* Computes the tuning from the learnt values, as the background does. */
 static void assume(const motor_t *motor)
 {
     const double ratio = (double)(x.learnt.value / x.learnt.from);
@@ -92,7 +92,8 @@ static void begin(const motor_t *motor)
     time_now = 0.0;
 }
 
-/* A period of the drive: its share of the means, and with the last of them their step. */
+/* A period of the drive: it adds to the means, and with the last period of the means the learning makes
+ * its step. */
 static void period(int number, dq_t emf, dq_t current, const inductance_input_t *beside)
 {
     static inductance_input_t means;
@@ -114,7 +115,8 @@ static void period(int number, dq_t emf, dq_t current, const inductance_input_t 
     }
 }
 
-/* Steps, with a new assumption each 10 ms; the largest and the least i_d that was requested. */
+/* Runs the steps, with a new assumption every 10 ms; stores the largest and the smallest i_d that was
+ * requested. */
 static double asked_most, asked_least;
 
 static void run(const motor_t *motor, double seconds)
@@ -128,7 +130,7 @@ static void run(const motor_t *motor, double seconds)
         const double l_q = (double)x.tuning.inductance_q;
         const double emf = PSI * omega + (motor->l_d - l_q) * omega * i_d + motor->resistance * i_q +
                            motor->ripple * sin(motor->ripple_omega * time_now) + motor->noise * random_pm1();
-        /* the loop turns until the EMF's d axis is gone: psi_f omega (its angle ahead) + dR i_d */
+        /* The loop rotates until the EMF along its d axis is zero: psi_f omega (its angle error) + dR i_d. */
         const double slope = 0.1 * (motor->follows * (double)x.dither.d - i_d) / PERIOD;
         const double drop = PSI * omega * ahead + (motor->r - (double)x.tuning.resistance) * i_d +
                             motor->wrong_l * slope + motor->noise * random_pm1();
@@ -158,7 +160,7 @@ static double ratio(void)
     return (double)x.learnt.value / L_TRUE;
 }
 
-/* The rest of an error [-] after this number of seconds of cycles that count, by the law of the rate. */
+/* The rest of an error [-] after this number of seconds with valid cycles, by the law of the rate. */
 static double left_after(double seconds, double first)
 {
     double rate = first;
@@ -177,10 +179,10 @@ static void add(ab_t *sum, dq_t part, rotation_t frame)
     sum->beta += stationary.beta;
 }
 
-/* 1256 rad/s turn a vector by 1 rad in eight periods. The sums are those of the stationary frame, as in the
- * drive, and i_q does not swing: there is nothing to oppose. An angle of the means that is wrong by 14 mrad,
- * or the part of a changing i_d, omega T/12 of its change in the time T of a step, would be opposed by 1.4 %
- * of the dither, and swing a light rotor. */
+/* 1256 rad/s rotate a vector by 1 rad in eight periods. The sums are taken in the stationary frame, as in
+ * the drive, and i_q does not swing, so that there is nothing to oppose. Two errors would make the drive
+ * oppose 1.4 % of the dither, and a light rotor would swing: an angle of the means that is wrong by 14
+ * mrad, or a missing term for a changing i_d (omega T/12 of its change in the time T of a step). */
 static void test_a_dither_without_torque_is_not_opposed_at_any_speed(void)
 {
     for (int n = 0; n < 4; n++) {
@@ -220,7 +222,7 @@ static void test_a_dither_without_torque_is_not_opposed_at_any_speed(void)
     }
 }
 
-/* Four cycles until it trusts them; each cycle takes its whole share at its end. */
+/* Learning trusts its cycles after four of them; each cycle takes effect with its whole share at its end. */
 static void test_l_goes_to_the_truth_by_its_rate(void)
 {
     for (int n = 0; n < 8; n++) {
@@ -240,8 +242,9 @@ static void test_l_goes_to_the_truth_by_its_rate(void)
     }
 }
 
-/* R half and twice as large as assumed, with a loop whose angle is constant, that follows a part of the
- * dither and that follows most of it: the same, in both directions, with torque and without. */
+/* The true R is half and twice the assumed one. The loop has a constant angle, follows a part of the
+ * dither, or follows most of it: the learnt R must be the same, in both directions, with torque and
+ * without. */
 static void test_r_goes_to_the_truth_whatever_the_loop_follows(void)
 {
     static const double loops[] = {0.0, 100.0, 400.0};
@@ -260,9 +263,9 @@ static void test_r_goes_to_the_truth_whatever_the_loop_follows(void)
     }
 }
 
-/* L di_d/dt is a quarter of a cycle ahead of i_d, whatever has shifted it against the wave: an L that is a
- * twentieth wrong, which nothing shows without torque, leaves R as it is. Half a period lies between the
- * slope and the current of this file: 0.5 %. */
+/* L di_d/dt leads i_d by a quarter of a cycle, whatever has shifted i_d relative to the dither. R is
+ * therefore learnt right although L is wrong by a twentieth, an error that has no effect without torque.
+ * In this test the slope is that of half a period before the current, which makes an error of 0.5 %. */
 static void test_r_is_learnt_right_with_a_wrong_l(void)
 {
     for (int n = 0; n < 4; n++) {
@@ -277,8 +280,8 @@ static void test_r_is_learnt_right_with_a_wrong_l(void)
     }
 }
 
-/* Without torque the dither serves R alone: it ends when the rate has fallen to a fifth, by its law after 7.5
- * s at 3/s; L stays as it is. */
+/* Without torque the dither serves R alone. It ends when the rate has fallen to a fifth, by its law after
+ * 7.5 s at 3/s; L does not change. */
 static void test_without_torque_it_measures_r_for_a_while(void)
 {
     motor_t motor = usual();
@@ -295,7 +298,7 @@ static void test_without_torque_it_measures_r_for_a_while(void)
     TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);
 }
 
-/* The time within the next seconds in which there is a dither, counted in steps of 10 ms [s]. */
+/* The time [s] within the next seconds in which there is a dither, counted in steps of 10 ms. */
 static double dithered(const motor_t *motor, int seconds)
 {
     double sum = 0.0;
@@ -306,8 +309,9 @@ static double dithered(const motor_t *motor, int seconds)
     return sum;
 }
 
-/* At 2/s the rate falls to 0.3 of the first in (1/0.3 - 1) 3 s = 7 s, a little later since the first cycles
- * do not count. From there on a dither of a second follows each rest of 20 s; the learnt value remains. */
+/* At 2/s the rate falls to 0.3 of the first one in (1/0.3 - 1) 3 s = 7 s, a little later because the first
+ * cycles do not count. From there on a dither of a second follows each pause of 20 s; the learnt value
+ * does not change. */
 static void test_the_dither_rests_when_it_has_learnt(void)
 {
     motor_t motor = usual();
@@ -324,7 +328,7 @@ static void test_the_dither_rests_when_it_has_learnt(void)
 }
 
 /* L decreases by a tenth when the load increases by 3 of 10 A: the dither begins again at once. A smaller
- * step of the load does not end the rest. */
+ * step of the load does not end the pause. */
 static void test_another_load_ends_the_rest(void)
 {
     motor_t motor = usual();
@@ -338,8 +342,8 @@ static void test_another_load_ends_the_rest(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.9, (double)x.said / L_TRUE);
 }
 
-/* A rest that has begun while the rotor was fast, where R is not looked for, does not keep R from being
- * learnt once it turns slowly. */
+/* A pause has begun while the rotor was fast, where R is not measured. It must not prevent R from being
+ * learnt once the rotor turns slowly. */
 static void test_a_rest_ends_where_r_is_looked_for(void)
 {
     motor_t motor = usual();
@@ -363,7 +367,8 @@ static void test_the_dither_is_a_twentieth_of_the_limit(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, -0.5, asked_least);
 }
 
-/* L_q 1.11 and 1.15 L_d: no dither, and nothing is learnt, for any rate. At 1.1 it still is. */
+/* At L_q of 1.11 and 1.15 L_d there is no dither, and nothing is learnt, for any rate. At 1.1 L_d there
+ * is a dither. */
 static void test_a_rotor_too_salient_is_left_as_it_is(void)
 {
     static const double ratios[] = {1.11, 1.15, 2.0, 1.1};
@@ -387,28 +392,27 @@ static void test_a_rotor_too_salient_is_left_as_it_is(void)
     }
 }
 
-/* Six cycles that agree bring the confidence to 1 - 0.8^5 = 0.67, 2 s of them above 0.9. Cycles that
- * contradict each other follow until the interval ends: the value returns to that of the parameter, or to the
- * one that was certain. */
+/* Six cycles that agree bring the confidence to 1 - 0.8^5 = 0.67; 2 s of them bring it above 0.9. Then
+ * cycles that contradict each other follow until the interval ends: the value returns to that of the
+ * parameter, or to the one that was certain. */
 static void test_what_an_interval_without_agreement_has_learnt_is_not_kept(void)
 {
     for (int known = 0; known < 2; known++) {
         motor_t motor = usual();
         begin(&motor);
-        if (known != 0) { /* an L that is 10 % larger, until the confidence is above 0.9 */
+        if (known != 0) { /* an L that is 10 % larger is learnt until the confidence is above 0.9 */
             motor.l_d = motor.l_q = 1.1 * L_TRUE;
             run(&motor, 2.0);
             TEST_ASSERT_TRUE(x.confidence > 0.9f);
             TEST_ASSERT_DOUBLE_WITHIN(0.02 * L_TRUE, 1.1 * L_TRUE, (double)x.learnt.value);
-        } else { /* six cycles that agree */
+        } else { /* six cycles agree */
             motor.l_d = motor.l_q = 1.3 * L_TRUE;
             run(&motor, 0.22);
             TEST_ASSERT_TRUE(x.learnt.value > (float)(1.02 * L_TRUE));
         }
         const double had = (known != 0 ? 1.1 : 1.0) * L_TRUE;
-        double furthest = 0.0; /* from `had` before the end */
-        for (int n = 0; n < 400 && x.look.failed == 0u;
-             n++) { /* cycles of 33 Hz that contradict each other */
+        double furthest = 0.0; /* largest distance from `had` before the end */
+        for (int n = 0; n < 400 && x.look.failed == 0u; n++) { /* cycles of 33 Hz contradict each other */
             motor.l_d = motor.l_q = (n % 3 == 0 ? 0.8 : 1.4) * L_TRUE;
             run(&motor, 0.0304);
             const double away = x.look.failed == 0u ? fabs((double)x.learnt.value - had) : 0.0;
@@ -421,9 +425,9 @@ static void test_what_an_interval_without_agreement_has_learnt_is_not_kept(void)
     }
 }
 
-/* Noise of a volt, +-: a cycle's sum of 303 has a SD of 0.58 sqrt(303 x 0.533) = 7.3 V against the 400 x
- * L x 0.5 x 0.533 x 303 = 404 V of a whole L, times 0.9 of the low-pass: 2 %; the mean of 2/share cycles 0.35
- * %. */
+/* The noise is uniform within 1 V. The sum over a cycle of 303 steps has an SD of 0.58 sqrt(303 x 0.533) =
+ * 7.3 V. A whole L makes 400 x L x 0.5 x 0.533 x 303 = 404 V in it, times 0.9 of the low-pass: the error
+ * is 2 %. The mean over 2/share cycles has 0.35 %. */
 static void test_noise_averages_out(void)
 {
     motor_t motor = usual();
@@ -437,10 +441,10 @@ static void test_noise_averages_out(void)
     }
 }
 
-/* An oscillation of the EMF from errors of the sensors, as large as the effect of a twentieth of L, at the
- * electrical frequency or twice this frequency, for any value of it. 4 Hz away a mean of 1/rate leaves
- * rate/(2 pi 4 Hz) of twice
- * that (the wave's own square is a half), 0.8 %. */
+/* Errors of the sensors make an oscillation of the EMF at the electrical frequency or twice this
+ * frequency, as large as the effect of a twentieth of L. Tested at any electrical frequency. If the
+ * oscillation is 4 Hz from the dither, a mean over 1/rate leaves a share of rate/(2 pi 4 Hz). This counts
+ * twice, because the square of the dither has a mean of one half: 0.8 %. */
 static void test_a_ripple_at_the_electrical_frequency_is_kept_away_from(void)
 {
     for (double f = 8.0; f <= 100.0; f += 1.0) {
@@ -456,22 +460,22 @@ static void test_a_ripple_at_the_electrical_frequency_is_kept_away_from(void)
     }
 }
 
-/* The learnt L and R of a motor divided by the true values after this number of seconds:
- * - R wrong by 0.3 ohm, seen by e_q alone, and an i_q that swings with the dither, late by a fifth of a
- * cycle. Not opposed, it would add the part in step, resistance x swing, to omega dL: (0.3 ohm x 0.4 x cos 80
- *   degrees)/(42 rad/s x L), 4 %;
- * - both within half and twice their parameters;
- * - a speed that drifts by 1.5 to 2.5 % in a cycle, as that of a light rotor does: it is L that e_q tells, if
- * the voltage is known;
- * - an EMF of less than half of psi_f omega means that the loop has lost the rotor;
- * - the error of R that a cycle finds is limited to the parameter: at a rate of 1/s, R moves by half of the
- *   parameter in 0.5 s at most, although the true R is nine times as large. */
+/* The learnt L and R divided by the true values after this number of seconds, in these cases:
+ * - e_q contains an R that is wrong by 0.3 ohm, and i_q swings with the dither, delayed by a fifth of a
+ * cycle. If it were not opposed, its part in phase, resistance x swing, would add to omega dL: (0.3 ohm x 0.4
+ * x cos 80 degrees)/(42 rad/s x L), 4 %.
+ * - The learnt values are limited to half and twice their parameters.
+ * - The speed drifts by 1.5 to 2.5 % in a cycle, as that of a light rotor does. Then e_q shows L if the
+ * voltage is known.
+ * - An EMF below half of psi_f omega means that the loop has lost the rotor, and nothing is learnt.
+ * - The error of R that a cycle finds is limited to the parameter: at a rate of 1/s, R changes by at most
+ * half of the parameter in 0.5 s, although the true R is nine times as large. */
 static void test_what_is_learnt_of_one_motor_or_another(void)
 {
     static const struct {
         const char *what;
         double omega, l_from, r_from, rate,
-            emf; /* [rad/s], over the truth [-], [1/s], share of psi_f omega [-] */
+            emf; /* [rad/s], relative to the truth [-], [1/s], share of psi_f omega [-] */
         double resistance, swing, acceleration; /* as of motor_t */
         double seconds, l_least, l_most, r_least, r_most;
     } cases[] = {
@@ -505,14 +509,15 @@ static void test_what_is_learnt_of_one_motor_or_another(void)
     }
 }
 
-/* With torque the dither keeps 6.5 Hz from the sixth, the dead time's: a light rotor swings, and the cycles
- * beat with it. Beside the small current of a motor without torque it would beat with the sixth's neighbours
- * too, which an offset of the current sensors makes of it. Where R is looked for, up to 15.9 Hz. */
+/* With torque the dither keeps a distance of 6.5 Hz from the sixth harmonic of the dead time, with which a
+ * light rotor swings; the cycles of the dither would beat with it. With the small current of a motor
+ * without torque the dither would also beat with the neighbours of the sixth harmonic, which an offset of
+ * the current sensors causes. Tested up to 15.9 Hz, below which R is measured. */
 static void test_it_keeps_away_from_the_sixth_harmonic_and_without_torque_from_its_neighbours(void)
 {
     static const struct {
         double i_q, away; /* [A], [Hz] */
-        int from, to;     /* harmonics */
+        int from, to;     /* first and last harmonic */
     } cases[] = {{0.0, (double)INDUCTANCE_NEAR, 5, 7}, {I_Q, (double)INDUCTANCE_NEAR_SIXTH, 6, 6}};
     for (int n = 0; n < 2; n++) {
         for (double hertz = 5.0; hertz <= 15.5; hertz += 0.1) {
@@ -542,7 +547,7 @@ static void test_nothing_is_learnt_without_an_effect_and_from_an_invalid_cycle(v
     } cases[] = {{offsetof(motor_t, omega), 29.0, true, false, false},
                  {offsetof(motor_t, i_q), 1.4, true, false, false},
                  {offsetof(motor_t, i_q), -1.4, true, false, false},
-                 {offsetof(motor_t, l_q_from), 0.4e-3, true, false, false}, /* 0.08 V by the dither */
+                 {offsetof(motor_t, l_q_from), 0.4e-3, true, false, false}, /* the dither makes only 0.08 V */
                  {offsetof(motor_t, i_q), I_Q, false, false, true},
                  {offsetof(motor_t, detector), -0.11, true, false, true},
                  {offsetof(motor_t, follows), 0.4, true, false, true},
@@ -565,8 +570,8 @@ static void test_nothing_is_learnt_without_an_effect_and_from_an_invalid_cycle(v
     }
 }
 
-/* One period that is not a number, or without an EMF: the learnt value remains, and learning continues
- * afterwards. */
+/* One period has a value that is not a number, or no EMF: the learnt value does not change, and learning
+ * continues afterwards. */
 static void test_no_number_and_no_emf_teach_nothing(void)
 {
     static const float emfs[] = {NAN, INFINITY, 0.0f, 73.2f};
@@ -636,9 +641,10 @@ static void believe_salient(double l_q_from)
     inductance_take(&x, &tuning);
 }
 
-/* Seconds of a rotor that turns evenly. An L_q assumed wrong by dL shows as the EMF omega (psi_a - dL i),
- * whose angle the loop follows with this bandwidth [rad/s]. The current turns with the loop, which changes
- * psi_a: D i_q times the loop's rate is a voltage along d. Returns the largest change of the torque [-]. */
+/* Runs a rotor at constant speed for this number of seconds. An L_q that is wrong by dL appears as the EMF
+ * omega (psi_a - dL i), whose angle the loop follows with this bandwidth [rad/s]. The current rotates with
+ * the loop, which changes psi_a: D i_q times the rate of the loop is a voltage along d. Returns the
+ * largest change of the torque [-]. */
 static double run_salient(double l_q_from, double omega, double bandwidth, double seconds)
 {
     double i_d = AT_I_D, i_q = AT_I_Q, ahead = 0.0, rotor = 0.0, ripple = 0.0;
@@ -685,9 +691,9 @@ static void test_l_q_of_a_salient_rotor_goes_to_the_truth(void)
     }
 }
 
-/* The rate is that of the law at any speed, (1 + g t/6)^-6 with g = 3/s from the third cycle on: of the error
- * of a fifth 0.006 are left after 1.7 s. With the voltage of the loop's own motion it would be 0.05 at 100
- * rad/s. */
+/* At any speed the rate follows the law (1 + g t/6)^-6 with g = 3/s from the third cycle on: of the error
+ * of a fifth 0.006 are left after 1.7 s. If the voltage of the loop's own motion had an effect, 0.05 would
+ * be left at 100 rad/s. */
 static void test_l_q_of_a_salient_rotor_is_learnt_as_fast_at_low_speed(void)
 {
     static const double speeds[] = {500.0, 100.0, -100.0};
@@ -699,8 +705,8 @@ static void test_l_q_of_a_salient_rotor_is_learnt_as_fast_at_low_speed(void)
     }
 }
 
-/* Along di_q = t di_d, t = D i_q/psi_a = 0.64, the torque changes by t^2 (di_d/i_q)^2 = 0.16 %; by i_d alone
- * it would change by t di_d/i_q = 4 %. */
+/* Along the line di_q = t di_d with t = D i_q/psi_a = 0.64 the torque changes by t^2 (di_d/i_q)^2 = 0.16
+ * %; with i_d alone it would change by t di_d/i_q = 4 %. */
 static void test_a_known_salient_rotor_stays_as_it_is_and_gets_no_torque(void)
 {
     memset(&x, 0, sizeof x);

@@ -1,28 +1,28 @@
-/* The learnt inertia on a shaft given by algebra: domega/dt = K (i_q - i_L), with the motor's current and the
- * part of it that carries the load. */
+/* The learnt inertia on a shaft that is computed by algebra: domega/dt = K (i_q - i_L), with the motor's
+ * current and the part of it that carries the load. */
 #include "medium/adapt/inertia.h"
 #include "tests/unit/compare.h"
 
 #define PERIOD     1e-4
 #define PSI        0.183
 #define POLE_PAIRS 4.0
-#define J_FROM     0.02 /* [kg m^2] of the parameter */
+#define J_FROM     0.02 /* [kg m^2] the parameter */
 #define LIMIT      10.0 /* [A] */
 
 static inertia_t x;
 static double omega, reference; /* [rad/s] electrical */
 
-/* One way to another speed. */
+/* A change of the speed. */
 typedef struct {
-    double inertia;   /* true [kg m^2] */
-    double to;        /* [rad/s] */
-    double current;   /* i_q - i_L on the way [A], towards the reference */
-    double load;      /* i_L before [A] */
-    double viscous;   /* more of it, per speed gained [A s/rad] */
-    double step;      /* of the load, half way [A] */
-    double ramp;      /* of the reference [rad/s^2]; 0: at once */
-    double short_of;  /* the initial speed error of the tail, which decays in 50 ms [rad/s] */
-    bool unsound_way; /* one period of it */
+    double inertia;   /* [kg m^2] true inertia */
+    double to;        /* [rad/s] final speed */
+    double current;   /* [A] i_q - i_L during the change, towards the reference */
+    double load;      /* [A] i_L before the change */
+    double viscous;   /* [A s/rad] additional load per speed gained */
+    double step;      /* [A] step of the load in the middle of the change */
+    double ramp;      /* [rad/s^2] ramp of the reference; 0: a step */
+    double short_of;  /* [rad/s] speed error at the begin of the tail, which decays in 50 ms */
+    bool unsound_way; /* one period of it is invalid */
     bool unsound_tail;
 } way_t;
 
@@ -64,7 +64,8 @@ void setUp(void)
     stand(0.0, 0.2);
 }
 
-/* Pushed until `short_of` is left, then an exponential; 0.1 s before and 0.3 s after. */
+/* The current accelerates the shaft until an error of `short_of` is left, which decays exponentially; 0.1
+ * s before and 0.3 s after the change are simulated too. */
 static void go(const way_t *way)
 {
     const double k = 1.5 * POLE_PAIRS * POLE_PAIRS * PSI / way->inertia;
@@ -72,7 +73,7 @@ static void go(const way_t *way)
     const double half = 0.5 * (from + way->to);
     double after = 0.0, load = way->load;
     stand(load, 0.1);
-    bool begun = false; /* the current answers a period later */
+    bool begun = false; /* the current responds a period later */
     while (after < 0.3) {
         const double miss = way->to - omega;
         const bool pushes = sign * miss > way->short_of + 1e-9;
@@ -90,7 +91,7 @@ static void go(const way_t *way)
     stand(load, 0.1);
 }
 
-/* The result of the last change for J, divided by the true value. */
+/* The J that the last change has given, divided by the true value. */
 static double said(double inertia)
 {
     return (double)x.said[0] / inertia;
@@ -101,8 +102,8 @@ static double hat(void)
     return (double)x.learnt.value;
 }
 
-/* Heavier and lighter than the parameter, both directions, up and down. The sum is of held samples: a period
- * of the way. */
+/* Heavier and lighter rotors than the parameter, in both directions, accelerating and decelerating. The
+ * sum is made of held samples, so that the limit is one period of the change. */
 static void test_a_speed_change_measures_the_inertia(void)
 {
     static const double inertias[] = {0.005, 0.0115, 0.02, 0.055, 0.09};
@@ -119,7 +120,8 @@ static void test_a_speed_change_measures_the_inertia(void)
     }
 }
 
-/* The load that has grown with the speed was there by half in the mean, and stays in the tail. */
+/* On average half of the load that grows with the speed has acted during the change, and the tail shows
+ * all of it. */
 static void test_a_load_that_grows_with_the_speed_has_no_part_in_it(void)
 {
     for (int n = 0; n < 2; n++) {
@@ -131,7 +133,7 @@ static void test_a_load_that_grows_with_the_speed_has_no_part_in_it(void)
     }
 }
 
-/* One way is not assumed, two that agree are. */
+/* The result of one change is not used; two results that agree are used. */
 static void learn_twice(void)
 {
     way_t way = usual(0.04, 500.0);
@@ -145,13 +147,14 @@ static void learn_twice(void)
 static void test_two_ways_that_agree_are_assumed_one_is_not(void)
 {
     learn_twice();
-    const way_t way = usual(0.09, 500.0); /* like the effect of a load that was applied and removed again */
+    /* This resembles the effect of a load that was applied and removed again. */
+    const way_t way = usual(0.09, 500.0);
     go(&way);
     TEST_ASSERT_DOUBLE_WITHIN(0.004, 1.0, said(0.09));
     TEST_ASSERT_DOUBLE_WITHIN(0.004 * 0.04, 0.04, hat());
 }
 
-/* The median of the last three results, in every order. */
+/* The learnt value is the median of the last three results, in every order. */
 static void test_what_is_learnt_is_the_median_of_three(void)
 {
     static const double orders[][3] = {{1, 2, 3}, {1, 3, 2}, {2, 1, 3}, {2, 3, 1}, {3, 1, 2}, {3, 2, 1}};
@@ -177,11 +180,12 @@ static void test_it_stays_within_its_range(void)
     }
 }
 
-/* ---- what says nothing ---- */
+/* ---- changes that give no value ---- */
 
-/* One thing of a way of 5 A from 100 to 500 rad/s of 0.04 kg m^2 is not as it should be: the load steps by
- * 0.18 of the current, the way is short, weak or longer than the longest (3.95 s, beside the tail), a period
- * of it or of its tail is unsound, the motor pushes the one way and the rotor goes the other. */
+/* The usual change is from 100 to 500 rad/s with 5 A and 0.04 kg m^2. One condition at a time is wrong.
+ * The load steps by 0.18 of the current. The change is short, weak, or longer than the longest accepted
+ * one (3.95 s, without the tail). A period of the change or of its tail is invalid. Or the torque acts in
+ * one direction and the rotor moves in the other. */
 static void test_a_doubtful_speed_change_measures_nothing(void)
 {
     const double per_ampere = 1.5 * POLE_PAIRS * POLE_PAIRS * PSI;
@@ -207,7 +211,7 @@ static void test_a_doubtful_speed_change_measures_nothing(void)
     }
 }
 
-/* The next one is judged alone. */
+/* The next speed change is judged by itself. */
 static void test_after_an_invalid_speed_change_the_next_one_counts(void)
 {
     way_t way = usual(0.04, 500.0);
@@ -218,7 +222,7 @@ static void test_after_an_invalid_speed_change_the_next_one_counts(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.004, 1.0, said(0.04));
 }
 
-/* A value that is not a number, in the initial speed of the change, or in a current during it. */
+/* A value is not a number, either the initial speed of the change or a current during it. */
 static void test_nothing_is_learnt_from_values_that_are_not_numbers(void)
 {
     for (int n = 0; n < 2; n++) {
@@ -238,9 +242,10 @@ static void test_nothing_is_learnt_from_values_that_are_not_numbers(void)
     }
 }
 
-/* ---- the load's share ---- */
+/* ---- the load current ---- */
 
-/* From the period in which the reference moves, until the speed has been there for the tail. */
+/* The load current is held from the period in which the reference moves until the speed has been at the
+ * reference for the tail. */
 static void test_load_current_is_held_on_the_way(void)
 {
     stand(1.2, 0.1);
@@ -251,7 +256,7 @@ static void test_load_current_is_held_on_the_way(void)
     omega = 493.0;
     stand(1.5, (double)INERTIA_TAIL);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.2, (double)x.load);
-    omega = 491.0; /* away again */
+    omega = 491.0; /* the speed leaves the reference again */
     step(1.5, true);
     omega = 499.0;
     stand(1.5, (double)INERTIA_TAIL);
@@ -271,8 +276,8 @@ static void test_a_reference_that_moves_again_makes_the_way_longer(void)
     TEST_ASSERT_EQUAL_UINT32(1u, x.under_way);
 }
 
-/* After a standstill the load is unknown until the speed has been constant: the whole current counts as
- * load, and a change of the reference is no measurement. */
+/* After a standstill the load is unknown until the speed has been constant. Until then the whole current
+ * counts as load, and a change of the reference is not used as a measurement. */
 static void test_after_a_rest_the_load_is_what_the_current_is(void)
 {
     stand(1.2, 0.1);
@@ -287,7 +292,7 @@ static void test_after_a_rest_the_load_is_what_the_current_is(void)
     step(8.0, true);
     TEST_ASSERT_EQUAL_FLOAT(8.0f, x.load);
     TEST_ASSERT_EQUAL_UINT32(0u, x.under_way);
-    omega = 303.0; /* 7 rad/s: beside it */
+    omega = 303.0; /* 7 rad/s away from the reference */
     step(8.0, true);
     reference = 500.0;
     step(8.0, true);
@@ -296,8 +301,8 @@ static void test_after_a_rest_the_load_is_what_the_current_is(void)
     TEST_ASSERT_EQUAL_UINT32(1u, x.under_way);
 }
 
-/* After a rest the load is unknown until the speed has stayed near a constant reference; without learning it
- * is never followed, and the loop gets all of i_q. */
+/* After a standstill the load is unknown until the speed has stayed near a constant reference. Without
+ * learning the load is never followed, and the loop gets all of i_q. */
 static void test_load_is_seen_as_unknown_until_the_speed_has_stayed_at_its_reference(void)
 {
     inertia_rest(&x);
@@ -318,10 +323,10 @@ static float load_share(float most)
     return inertia_load_share(&x, &(inertia_shares_t){.follows = 0.1f, .settles = 0.01f, .most = most});
 }
 
-/* A load of 4 A, known at 100 rad/s: i_L follows it while the reference is constant, and is held on the way.
- * From the time at which the rotor is near zero until the end all of i_q is load, if the load reaches the
- * limit. The reference may have passed zero long before: i_L moves slowly then, because a jump would be a
- * load step for a loop at full speed. */
+/* A load of 4 A is known at 100 rad/s: i_L follows it while the reference is constant, and is held during
+ * a change. If the load exceeds its threshold, all of i_q counts as load from the time at which the rotor
+ * is near zero speed until the end of the change. The reference may have passed zero long before; i_L then
+ * moves slowly, because a jump would be a load step for a loop at full speed. */
 static void test_through_zero_all_is_load_beside_a_load_that_matters(void)
 {
     for (int sign = -1; sign <= 1; sign += 2) {
@@ -333,7 +338,7 @@ static void test_through_zero_all_is_load_beside_a_load_that_matters(void)
         const float load = x.load;
         TEST_ASSERT_EQUAL_FLOAT(0.1f, load_share(1.0f));
         reference = sign * 200.0;
-        step(sign * 4.0, true); /* the current answers a period later */
+        step(sign * 4.0, true); /* the current responds a period later */
         stand(sign * 10.0, 0.01);
         TEST_ASSERT_EQUAL_FLOAT(0.0f, load_share(1.0f));
         reference = sign * -100.0;
@@ -353,7 +358,7 @@ static void test_through_zero_all_is_load_beside_a_load_that_matters(void)
     }
 }
 
-/* After a way i_L moves slowly to the load that has changed on it, and follows i_q after that. */
+/* After a change i_L moves slowly to the load, which has changed meanwhile, and then follows i_q. */
 static void test_load_settles_slowly_after_a_change_of_the_speed(void)
 {
     omega = 100.0;
@@ -372,7 +377,8 @@ static void test_load_settles_slowly_after_a_change_of_the_speed(void)
     TEST_ASSERT_EQUAL_FLOAT(0.1f, load_share(10.0f));
 }
 
-/* K of the assumed inertia, half of that of the parameter: 5 A for 0.1 s. */
+/* The expected speed follows from the K of the assumed inertia, half of that of the parameter, and from 5
+ * A for 0.1 s. */
 static void test_speed_that_is_foreseen_is_that_of_the_inertia_that_is_assumed(void)
 {
     const inertia_tuning_t tuning = prepared(J_FROM, 0.5 * J_FROM, true);

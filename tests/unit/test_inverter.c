@@ -1,6 +1,6 @@
-/* Oracle: three legs in double precision. A leg loses its share of dead time and drops against its current,
- * half at each of its edges, linearly within the zone; its duty is the nearest whole count; what is left acts
- * two steps later. */
+/* The expected values come from three legs in double precision. A leg loses its share of dead time and
+ * drops against its current, half at each of its edges, linearly within the zone. Its duty is the nearest
+ * whole count. The remaining voltage acts two steps later. */
 #include "fast/inverter/inverter.h"
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"
@@ -10,8 +10,8 @@
 #define DUTY_MAX   0.96
 #define INDUCTANCE 12.5e-3 /* [H] */
 #define EFFECTIVE  0.023   /* T_e/T [-] */
-#define LATE       0.041   /* dead time and both delays, 2 t_l/T [-] */
-#define TURN       0.4     /* of the EMF in a period [rad] */
+#define LATE       0.041   /* [-] dead time and both delays, 2 t_l/T */
+#define TURN       0.4     /* [rad] rotation of the EMF in a period */
 #define OMEGA_E    ((float)(TURN / 1e-4))
 
 /* T_e = 2.5 + 0.7 - 0.9 = 2.3 us of 100 us. */
@@ -30,7 +30,7 @@ static const inverter_params_t PARAMS = {
     .duty_counts = COUNTS,
 };
 
-/* Voltages up to 400 V, eight roundings. */
+/* The limit is eight roundings of voltages up to 400 V. */
 #define VOLT_TOLERANCE (8.0 * 400.0 / 16777216.0)
 
 static const ab_t NONE = {0.0f, 0.0f};
@@ -67,7 +67,7 @@ static double complex duties_of(abc_t duty)
     return vector_of(phases);
 }
 
-/* [V] of a leg whose sign is certain. */
+/* The loss [V] of a leg whose current has a certain sign. */
 static double leg_at(double u_dc)
 {
     return 0.023 * u_dc + 0.875;
@@ -78,7 +78,7 @@ static double sign_of(double current)
     return fmax(-1.0, fmin(1.0, current / 0.4));
 }
 
-/* If the current is the same at both edges of a leg. */
+/* The loss if the current is the same at both edges of a leg. */
 static double complex lost_at(double complex current, double u_dc)
 {
     double lost[3];
@@ -88,15 +88,15 @@ static double complex lost_at(double complex current, double u_dc)
     return vector_of(lost);
 }
 
-/* If the current at each edge is the one that flows at these duties: docs/theory.md, 12, whose currents
- * tests/unit/test_edges.c compare with integration. */
+/* The loss if each edge has the current that flows at these duties: docs/theory.md, 12.
+ * tests/unit/test_edges.c compares these currents with an integration. */
 static double complex lost_between(const abc_t *duties, double complex before, double complex now,
                                    double u_dc)
 {
     const double made[3] = {(double)duties->a, (double)duties->b, (double)duties->c};
     const double complex middle = 0.5 * (before + now);
     double on[3];
-    double free[3]; /* current by EMF and resistance in half a period [A] */
+    double free[3]; /* [A] change of the current by EMF and resistance in half a period */
     double lost[3];
     for (int leg = 0; leg < 3; leg++) {
         on[leg] = made[leg] - EFFECTIVE * sign_of(phase_of(middle, leg));
@@ -121,7 +121,7 @@ static double complex lost_between(const abc_t *duties, double complex before, d
     return vector_of(lost);
 }
 
-/* Longest voltage in this direction: a phase-to-phase voltage of 0.92 u_dc. */
+/* The longest voltage in this direction: a phase-to-phase voltage of 0.92 u_dc. */
 static double longest(double angle, double u_dc)
 {
     return (DUTY_MAX - DUTY_MIN) * u_dc / (sqrt(3.0) * cos(fmod(angle + 4.0 * PI, PI / 3.0) - PI / 6.0));
@@ -129,8 +129,8 @@ static double longest(double angle, double u_dc)
 
 /* ---- from a voltage to duties ---- */
 
-/* The ideal duty of each leg, highest and lowest symmetric about the middle; half a count and a float's
- * rounding (7500 x 6e-8) from it is the nearest that a register can hold. */
+/* The ideal duty of each leg; the highest and the lowest are symmetric about the middle. The nearest count
+ * that a register can hold is within half a count and the rounding of a float (7500 x 6e-8). */
 static void expect_nearest_counts(double complex asked, double u_dc, abc_t duty)
 {
     const double made[3] = {(double)duty.a, (double)duty.b, (double)duty.c};
@@ -148,7 +148,7 @@ static void expect_nearest_counts(double complex asked, double u_dc, abc_t duty)
     }
 }
 
-/* Wanted voltages and currents all around; zone and beyond. */
+/* Voltages and currents in all directions, with currents within the zone and beyond it. */
 static void test_duties_make_up_for_the_share_of_the_loss_that_is_compensated(void)
 {
     const double stride = SWEEP > 1 ? 0.51 : 0.17;
@@ -167,11 +167,11 @@ static void test_duties_make_up_for_the_share_of_the_loss_that_is_compensated(vo
                 odd += (int)nearbyint((double)made.duty.a * COUNTS) & 1;
             }
         }
-        TEST_ASSERT_TRUE(odd > 100); /* of 1258, or 442: and not fewer counts */
+        TEST_ASSERT_TRUE(odd > 100); /* odd counts occur in enough of the 1258 or 442 cases */
     }
 }
 
-/* The limit concerns what is requested, losses included: below, at, above. */
+/* The limit applies to the requested voltage including the losses: below it, at it, above it. */
 static void test_what_the_link_has_too_little_for_is_missing(void)
 {
     static const double shares[] = {0.9, 0.999, 1.001, 1.2, 5.0};
@@ -185,8 +185,8 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
             const double complex missing = fmin(0.0, 1.0 - shares[n]) * reach * cexp(J * angle);
             TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE * fmax(1.0, shares[n]), 0.0,
                                       cabs(of_ab(made.missing) - missing));
-            /* and the duties confirm this: each is half a count of 41 mV at most from it, which makes 4/3 of
-             * that */
+            /* The duties agree with this: each is within half a count of 41 mV of the ideal one, which
+             * makes 4/3 of that at most. */
             TEST_ASSERT_DOUBLE_WITHIN(4.0 / 3.0 * 0.5 * 311.0 / COUNTS + 1e-3, 0.0,
                                       cabs(duties_of(made.duty) * 311.0 - (asked + missing)));
         }
@@ -203,9 +203,9 @@ static void test_nothing_has_acted_at_first(void)
 }
 
 typedef struct {
-    abc_t duty;             /* that the step gave out */
-    double complex current; /* [A] at its sample */
-    double u_dc;            /* [V] the same */
+    abc_t duty;             /* duties that the step has returned */
+    double complex current; /* [A] current at the sample of the step */
+    double u_dc;            /* [V] link at the sample of the step */
 } period_t;
 
 static period_t period_of(int k)
@@ -221,7 +221,7 @@ static void remember(const period_t *period)
     inverter_remember(&inverter, &period->duty, to_ab(period->current), (float)period->u_dc);
 }
 
-/* The whole loss acts, for any compensated share. */
+/* The whole loss acts, whatever share of it is compensated. */
 static void test_duties_of_two_steps_ago_acted_less_what_the_inverter_took(void)
 {
     double early = 0.0, late = 0.0, edges = 0.0;
@@ -248,10 +248,11 @@ static void test_duties_of_two_steps_ago_acted_less_what_the_inverter_took(void)
         }
         remember(&now);
     }
-    TEST_ASSERT_TRUE(early > 10.0 && late > 10.0 && edges > 1.0); /* so it would have shown */
+    /* The test cases have these differences, so that an error would show. */
+    TEST_ASSERT_TRUE(early > 10.0 && late > 10.0 && edges > 1.0);
 }
 
-/* A drop of 1.875 V in place of 0.875 V and a third of the counts; the periods are those of before. */
+/* A drop of 1.875 V instead of 0.875 V and a third of the counts. The stored periods keep what they had. */
 static void test_new_coefficients_act_at_once_on_what_stays_in_memory(void)
 {
     const period_t oldest = period_of(3);

@@ -1,7 +1,7 @@
-/* Against the oracle's state space (response) and, in time, against exact data of a turning machine.
- *
- * The header's 1e-5 rad: atan2 3e-6, gain and coefficients 1e-6, and the first terms that W's series leaves
- * out: x^5 d/5040 = 6e-6 of the angle and x^6/30240 = 2e-6 of the length at x = omega_e T = 0.63, d = 0.3. */
+/* The response is compared with the oracle's state space, and the values in time with exact data of a
+ * turning machine. The 1e-5 rad of the header consist of 3e-6 for atan2, 1e-6 for gain and coefficients,
+ * and the first terms that the series of W omits. At x = omega_e T = 0.63 and d = 0.3 these are x^5 d/5040
+ * = 6e-6 of the angle and x^6/30240 = 2e-6 of the length. */
 #include "estimator/lag.h"
 #include "tests/oracle/smo_oracle.h"
 #include "tests/unit/machines.h"
@@ -42,7 +42,7 @@ static void test_exact_lag_and_attenuation_are_those_of_the_sampled_system(void)
             for (int m = 0; m < 3; m++) {
                 smo_params_t params = observer_of(n, cutoffs[c]);
                 smo_init(&smo, &params);
-                /* A k_f from a large, a small and no error. */
+                /* The k_f for a large, a small and no error. */
                 smo_reset(&smo, (ab_t){0.0f, 0.0f}, (ab_t){0.6f * errors[m] * params.gain, 0.0f});
                 for (double omega = -6000.0; omega <= 6000.0; omega += 100.0) {
                     smo_oracle_case_t rig = motor_case(n, omega);
@@ -63,8 +63,9 @@ static void test_exact_lag_and_attenuation_are_those_of_the_sampled_system(void)
     TEST_ASSERT_TRUE(worst_ratio <= LENGTH);
 }
 
-/* 0.63 rad a period are 6300 rad/s. From 6299.99 to there the lag, below 2 rad in all, grows by 2 rad/6300
- * rad/s times 0.01 rad/s = 3e-6 rad. The paper's modes have a formula of their own, which needs no limit. */
+/* 0.63 rad per period are 6300 rad/s. From 6299.99 rad/s to the limit the lag, below 2 rad in all, grows
+ * by 2 rad/6300 rad/s times 0.01 rad/s = 3e-6 rad. The paper's modes have a formula of their own, which
+ * needs no limit. */
 static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)
 {
     static const float beyond[] = {6300.01f, 6500.0f, 15708.0f, 31416.0f, 1e30f, INFINITY};
@@ -75,8 +76,8 @@ static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)
             smo_init(&smo, &params);
             const double lag = (double)lag_angle(&smo, LAG_EXACT, 6299.99f);
             const double ratio = (double)lag_attenuation(&smo, 6299.99f);
-            TEST_ASSERT_TRUE(lag !=
-                             (double)lag_angle(&smo, LAG_EXACT, 6290.0f)); /* it is not limited before */
+            /* Below the limit the angle is not limited. */
+            TEST_ASSERT_TRUE(lag != (double)lag_angle(&smo, LAG_EXACT, 6290.0f));
             for (int n = 0; n < 12; n++) {
                 const float way = n < 6 ? 1.0f : -1.0f;
                 const float omega = way * beyond[n % 6];
@@ -90,7 +91,7 @@ static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)
 }
 
 typedef struct {
-    double angle;  /* of b before a [rad] */
+    double angle;  /* [rad] angle of b relative to a */
     double length; /* |b|/|a| [-] */
 } turn_t;
 
@@ -103,10 +104,9 @@ static turn_t turn_of(ab_t from, ab_t to)
     return (turn_t){atan2(a * d - b * c, a * c + b * d), hypot(c, d) / hypot(a, b)};
 }
 
-/* With LAG_EXACT the switching voltage of the observer, rotated and lengthened by the response without the
- * filter, for any state of the filter. In the paper's modes the filtered estimate, turned by the mode's
- * angle
- * and stretched by the whole response. */
+/* With LAG_EXACT it is the switching voltage of the observer, rotated and lengthened by the response
+ * without the filter, for any state of the filter. In the paper's modes it is the filtered estimate,
+ * rotated by the angle of the mode and lengthened by the whole response. */
 static void test_emf_is_turned_by_the_angle_and_divided_by_the_attenuation(void)
 {
     for (int n = 0; n < MACHINE_COUNT; n++) {
@@ -144,7 +144,7 @@ static void test_emf_is_turned_by_the_angle_and_divided_by_the_attenuation(void)
     }
 }
 
-/* No error, no EMF: nothing is divided by it. */
+/* Without an error the EMF is zero, and nothing is divided by it. */
 static void test_emf_of_no_error_is_zero(void)
 {
     for (int s = SMO_SIGN; s <= SMO_SIGMOID_VECTOR; s++) {
@@ -158,9 +158,9 @@ static void test_emf_of_no_error_is_zero(void)
     }
 }
 
-/* v and e_hat that an EMF of 5 V makes: e_hat by the response, and v what the filter, in its own formula,
- * turns into that e_hat. The filter's inverse makes up to 27 V of the 5 V, times 5e-7 of sine and
- * rounding. */
+/* The v and e_hat that an EMF of 5 V makes: e_hat follows from the response, and v is the value from which
+ * the filter, by its own formula, makes that e_hat. The inverse of the filter makes up to 27 V from the 5
+ * V; the limit is this times 5e-7 for the sine and the rounding. */
 static void test_switched_and_filtered_are_the_response(void)
 {
     for (int n = 0; n < MACHINE_COUNT; n++) {
@@ -180,7 +180,7 @@ static void test_switched_and_filtered_are_the_response(void)
                 TEST_ASSERT_DOUBLE_WITHIN(ANGLE, 0.0, remainder(turn.angle + truth.lag, 2.0 * PI));
                 TEST_ASSERT_DOUBLE_WITHIN(LENGTH, 1.0, turn.length / truth.attenuation);
 
-                /* (1 - c/z) e_hat = (1 - c) v */
+                /* The expected value follows from the filter (1 - c/z) e_hat = (1 - c) v. */
                 const double a = (double)emf_hat.alpha;
                 const double b = (double)emf_hat.beta;
                 const double x = omega * 1e-4;
@@ -193,8 +193,8 @@ static void test_switched_and_filtered_are_the_response(void)
     }
 }
 
-/* The error of the vector form that makes an EMF: lag_emf() gives the EMF again. ERROR_STEPS leave 3e-5 of
- * the largest by the rule, 0.57 k_s. */
+/* lag_error() returns the current error that belongs to an EMF, in the vector form. lag_emf() must return
+ * this EMF from that error. ERROR_STEPS leave 3e-5 of the largest EMF by the rule, 0.57 k_s. */
 static void test_error_makes_the_emf_again(void)
 {
     for (int n = 0; n < MACHINE_COUNT; n++) {

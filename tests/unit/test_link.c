@@ -1,5 +1,5 @@
-/* The limits of the DC link: their lines, and with a capacitor that the rotor charges; supply and ripple.
- * */
+/* The limits of the DC link: their lines, and their effect with a capacitor that the rotor charges; the
+ * detection of the supply, and the ripple. */
 #include "tests/unit/compare.h"
 #include "tests/unit/link_bench.h"
 
@@ -18,9 +18,9 @@ static void expect(double u_dc, double omega_m, double braking, double driving)
 
 /* ---- limits ---- */
 
-/* 95 % to 98 % of 400 V: all to nothing, and beyond, a demand to drive of 5 per mille. 115 % of 200 V hold
- * the link, from 127 % on nothing is limited. Up to omega_free = 0.15 R I/K_t = 1.325 rad/s the limits of
- * braking open, without a step. */
+/* From 95 % to 98 % of 400 V the limit of braking falls from all to zero; beyond, it requests a driving
+ * current of 0.5 %. Up to 115 % of 200 V the link is held, and from 127 % on the driving current is not
+ * limited. Below omega_free = 0.15 R I/K_t = 1.325 rad/s the limits of braking open without a step. */
 static void test_limits_fade_towards_the_trips_and_open_towards_standstill(void)
 {
     const double slow = 0.15 * 0.97 * MOST / TORQUE;
@@ -70,7 +70,8 @@ static void looks(double u_dc, double seconds)
     }
 }
 
-/* 0.5 s from the first look below 230 V on; a link below the hold, which has sunk to 210 V, is no supply. */
+/* The time is 0.5 s from the first evaluation below 230 V on. A link below the hold, which has decreased
+ * to 210 V, does not count as supplied. */
 static void test_a_lost_supply_is_excused_for_its_time(void)
 {
     looks(311.0, 1.0);
@@ -88,7 +89,7 @@ static void test_a_lost_supply_is_excused_for_its_time(void)
     TEST_ASSERT_TRUE(excuses());
 }
 
-/* One disturbed conversion does not count as a sinking link. */
+/* One disturbed conversion does not count as a falling link. */
 static void test_a_link_that_sinks_is_seen_twice(void)
 {
     looks(311.0, 0.1);
@@ -118,7 +119,8 @@ static void test_a_lost_phase_shows_within_a_tenth_of_a_second(void)
     TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
     rectified(100.0, 0.15, 0.04);
     TEST_ASSERT_EQUAL_UINT32(LINK_RIPPLES, watch.conditions);
-    /* its cusps are missed by half a look at most, of a quarter of the depth */
+    /* The evaluations miss the cusps of the ripple by at most half of their distance in time, in which the
+     * ripple changes by a quarter of its depth. */
     TEST_ASSERT_TRUE(watch.ripple <= 0.1501f * 311.0f && watch.ripple >= 0.75f * 0.15f * 311.0f);
     looks(311.0, 0.045);
     TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);

@@ -1,17 +1,17 @@
-/* The effect of a supply voltage near a trip: above the limit of braking it must not drive the rotor, below
- * that of driving it must not brake it. */
+/* A supply voltage near a trip: above the limit of braking the drive must not accelerate the rotor, below
+ * the limit of driving it must not brake it. */
 #include "tests/unit/compare.h"
 #include "tests/unit/link_bench.h"
 
 #define FREE     1.325 /* [rad/s] 0.15 R I/K_t */
-#define PER_LOOK 16    /* [periods] */
+#define PER_LOOK 16    /* [periods] between two evaluations */
 
 void setUp(void)
 {
     begin(0.5);
 }
 
-/* A period as in the drive: one evaluation in sixteen periods. */
+/* A period as in the drive, with one evaluation in sixteen periods. */
 static void step(int k, double u, double omega)
 {
     if (k % PER_LOOK == 0) {
@@ -22,11 +22,11 @@ static void step(int k, double u, double omega)
     }
 }
 
-/* ---- above ---- */
+/* ---- supply voltages above the limit of the link ---- */
 
-/* A rotor of 0.003 kg m^2 without friction, between a supply and the limit: i_q is what the limit requests.
- * Its speed rises by omega_free and one per cent, and by the change in half an evaluation period, and no
- * further. */
+/* A rotor of 0.003 kg m^2 without friction, with i_q at the value that the limit requests. Its speed
+ * increases by omega_free and one per cent, and by the change in half the time between two evaluations,
+ * and no further. */
 static void test_a_supply_above_full_does_not_drive_a_rotor_without_friction(void)
 {
     static const double supplies[] = {392.5, 396.0, 399.9};
@@ -46,7 +46,8 @@ static void test_a_supply_above_full_does_not_drive_a_rotor_without_friction(voi
     }
 }
 
-/* One that the supply has been found to hold stays so until the link is 4 V below u_full. */
+/* Once the drive has found that the supply holds the link, this remains so until the link is 4 V below
+ * u_full. */
 static void test_a_supply_is_remembered_until_the_link_is_clearly_lower(void)
 {
     limit_at(385.0, 20.0);
@@ -62,21 +63,21 @@ static void test_a_supply_is_remembered_until_the_link_is_clearly_lower(void)
     TEST_ASSERT_TRUE(limit.braking < 0.0f);
 }
 
-/* The reason for the 5 per mille: a zero error of 30 mA feeds 5 W into 1 mF that no one takes power from,
- * from 390 V to the trip in 0.8 s. The link stays where it is full while friction slows the rotor. */
+/* The reason for the 0.5 %: an offset of 30 mA feeds 5 W into 1 mF without a consumer, which raises it
+ * from 390 V to the trip in 0.8 s. The link must stay at its limit while friction slows the rotor. */
 static void test_a_zero_error_does_not_fill_a_link_without_supply(void)
 {
     double u = 390.0, omega = OMEGA;
     for (int k = 0; k < 100000 && omega > 5.0; k++) {
         step(k, u, omega);
-        const double asked = fmin(0.0, (double)limit.braking); /* nothing is requested */
+        const double asked = fmin(0.0, (double)limit.braking); /* no torque is requested */
         u += PERIOD * TORQUE * omega * (asked + 0.030) / (1e-3 * u);
         omega -= 20.0 * PERIOD;
         TEST_ASSERT_TRUE(u < 392.5);
     }
 }
 
-/* ---- below ---- */
+/* ---- supply voltages below the limit of the link ---- */
 
 static void supplied(double u, double omega, double seconds)
 {
@@ -85,8 +86,9 @@ static void supplied(double u, double omega, double seconds)
     }
 }
 
-/* From 0.5 % over the trip up, whether the rotor turns or not: after two windows of 50 ms and the 150 ms that
- * the hold sinks for nothing is limited, and the drive does not call the supply lost. */
+/* A low supply is one from 0.5 % above the trip on; the rotor may turn or not. After two windows of 50 ms
+ * and the 150 ms for which the hold decreases, nothing is limited, and the drive does not report the
+ * supply as lost. */
 static void test_a_low_supply_that_delivers_limits_nothing(void)
 {
     for (double u = 212.0; u < 254.0; u += 3.0) {
@@ -106,7 +108,8 @@ static void test_a_low_supply_that_delivers_limits_nothing(void)
     }
 }
 
-/* Once the link was above the band the next loss is one again; and a low supply that goes is lost, too. */
+/* Once the link has been above the band, the next loss counts as a loss again; the loss of a low supply
+ * counts as one too. */
 static void test_a_low_supply_that_goes_is_lost(void)
 {
     supplied(215.0, 0.0, 0.5);
@@ -119,8 +122,9 @@ static void test_a_low_supply_that_goes_is_lost(void)
     TEST_ASSERT_TRUE(limit.driving < 0.0f);
 }
 
-/* A capacitor that the rotor holds, while other loads take `taken` [W] and the motor requests `wish` [A]: it
- * follows the hold down, and is not taken for a supply, for as long as the rotor turns. */
+/* The rotor holds the voltage of a capacitor while other loads take `taken` [W] and the motor requests
+ * `wish` [A]. The link follows the hold down and must not be taken for a supplied one while the rotor
+ * turns. */
 static void held(double capacitance, double taken, double wish)
 {
     double u = 254.0, omega = OMEGA;

@@ -1,5 +1,5 @@
-/* The three signs of a lost rotor and their times: LP is a low-pass of 5 ms, so that after n periods of
- * 0.1 ms a step is seen to 1 - exp(-0.02 n). */
+/* The three signs of a lost rotor and their times. LP is a low-pass of 5 ms: n periods of 0.1 ms after a
+ * step it has reached 1 - exp(-0.02 n) of it. */
 #include "medium/manoeuvre/lock.h"
 #include "tests/unit/compare.h"
 
@@ -12,7 +12,8 @@
 static lock_t lock;
 static estimate_t estimate;
 
-/* On a round rotor at this speed; the EMF's share of psi_f omega along the estimated axis, and across it. */
+/* The estimate on a round rotor at this speed; `along` and `across` are the EMF's shares of psi_f omega
+ * along the estimated axis and across it. */
 static void make_estimate(float omega_e, float along, float across)
 {
     const double theta = 0.7;
@@ -32,7 +33,7 @@ void setUp(void)
     lock_init(&lock, &tuning);
 }
 
-/* Periods until a sign shows, from a lock that has lasted; 0: none in 0.1 s. */
+/* The number of periods until a sign is detected, from a lock that has lasted; 0 if none is in 0.1 s. */
 static uint32_t lost_after(float omega_e)
 {
     lock_reset(&lock, omega_e);
@@ -45,9 +46,9 @@ static uint32_t lost_after(float omega_e)
     return 0u;
 }
 
-/* Half a turn off: 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. 51 % along the axis are enough for any part
- * across, 49 % are not: 0.51 exp(-0.02 n) < 0.01 from 197 on. eps^2 (1 - exp(-0.02 n)) > 0.12: of 0.6 from n
- * = 21 on, of 0.35 from n = 195 on, of 0.34 never. */
+/* If the angle is wrong by half a turn, 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. 51 % along the axis are
+ * enough for any part across; 49 % are not: 0.51 exp(-0.02 n) < 0.01 from n = 197 on. The scatter eps^2 (1
+ * - exp(-0.02 n)) exceeds 0.12 from n = 21 on for eps = 0.6, from n = 195 on for 0.35, and never for 0.34. */
 static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)
 {
     static const struct {
@@ -67,7 +68,8 @@ static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)
     }
 }
 
-/* 20 ms of 0.1 ms in succession; a single period below the limit of the torque begins again. */
+/* The condition must hold for 20 ms of successive periods; one period below the limit of the torque
+ * restarts the time. */
 static void test_estimate_at_zero_for_20_ms_while_speed_is_requested_shows(void)
 {
     static const struct {
@@ -89,7 +91,7 @@ static void test_estimate_at_zero_for_20_ms_while_speed_is_requested_shows(void)
     }
 }
 
-/* Below 0.4 of the slow speed, 10 rad/s, what is expected does not shrink any more. */
+/* Below 0.4 of the slow speed, 10 rad/s, the expected EMF does not decrease any more. */
 static void test_expectation_has_a_floor(void)
 {
     lock_reset(&lock, 3.0f);
@@ -114,7 +116,8 @@ static void test_reset_is_a_lock_that_has_lasted(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, lock.scatter);
 }
 
-/* Wrong by half a radian: the EMF is still along the axis, and only the detector shows the error. */
+/* The angle is wrong by half a radian: the EMF is still along the axis, and only the detector shows the
+ * error. */
 static void test_scatter_is_no_sign_before_the_loop_has_settled(void)
 {
     make_estimate(200.0f, cosf(0.5f), -sinf(0.5f));

@@ -1,4 +1,4 @@
-/* What follows what. */
+/* The order of the manoeuvres and the conditions of each change. */
 #include "tests/unit/manoeuvres_bench.h"
 
 static void given_caught(double omega_m)
@@ -16,7 +16,8 @@ static void given_running(double omega_m)
     traced = 0;
 }
 
-/* To the period in which a setpoint of the window that ends now acts: the first of the next but one. */
+/* Runs to the period in which a setpoint of the present window takes effect: the first period of the
+ * window after the next. */
 static void until_it_acts(void)
 {
     windows(1u);
@@ -32,8 +33,8 @@ static void given_heavy_running(double omega_m)
 
 /* ---- catch ---- */
 
-/* The angle of a catch trails by what the speed that it was turned with is wrong, over the 600 rad/s of its
- * low-pass. */
+/* The angle of a catch lags by the error of the speed with which it was rotated, divided by the 600 rad/s
+ * of its low-pass. */
 static void expect_caught(void)
 {
     const double miss = (double)fast.locked.omega_e - POLE_PAIRS * machine.omega_m;
@@ -42,7 +43,7 @@ static void expect_caught(void)
                               circle((double)fast.locked.theta_e - machine.theta));
 }
 
-/* Periods until the fast task has locked the loop to what it has caught. */
+/* The number of periods until the fast task has locked the loop to what it has caught. */
 static uint32_t steps_until_locked(void)
 {
     const uint32_t from = period;
@@ -70,11 +71,11 @@ static void test_turning_rotor_is_caught_and_run(void)
         expect_caught();
         TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
         TEST_ASSERT_TRUE(demand.frame.theta_e == fast.locked.theta_e);
-        /* what flows along the d axis goes on, and makes no torque */
+        /* The current along the d axis continues to flow and makes no torque. */
         TEST_ASSERT_TRUE(demand.current.q == 0.0f);
         TEST_ASSERT_EQUAL_FLOAT(3.0f * params.doubtful_current, demand.current.d);
         TEST_ASSERT_TRUE(steps_until(MANOEUVRE_RUN, 0.001) <
-                         W); /* the medium task knows at its window's end */
+                         W); /* the medium task knows it at the end of its window */
         TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)made.omega_m_ref / machine.omega_m);
         TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, made_i_q());
         TEST_ASSERT_TRUE(m.start_try == 0u && m.failed == 0u && manoeuvres_knows(&m));
@@ -88,8 +89,8 @@ static void test_turning_rotor_is_caught_and_run(void)
     }
 }
 
-/* In the stationary frame, integrals at zero, with the EMF as voltage when it acts; along phase a for 4 ms,
- * then with what makes no torque. */
+/* The catch is in the stationary frame with integrals at zero, and its voltage is the EMF at the time at
+ * which it acts. The current is along phase a for 4 ms, then along the direction that makes no torque. */
 static void test_catch_holds_the_emf_and_hardly_a_current(void)
 {
     make_heavy();
@@ -107,7 +108,7 @@ static void test_catch_holds_the_emf_and_hardly_a_current(void)
         } else {
             const double complex current = of_dq(demand.current);
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 3.0 * (double)params.doubtful_current,
-                                      cabs(current)); /* no other */
+                                      cabs(current)); /* no other current is requested */
             TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, circle(carg(current) - machine.theta));
         }
         const double complex voltage = of_dq(demand.emf);
@@ -131,14 +132,13 @@ static void test_catch_waits_for_the_observer(void)
     TEST_ASSERT_EQUAL_UINT32(0u, fast.catching.periods);
 }
 
-/* 450 rad/s make 329 V. The link holds 179 V, and 293 V with the field weakened by 0.7 of the current limit.
- */
+/* 450 rad/s make 329 V. The link can hold 179 V, and 293 V if 0.7 of the current limit weakens the field. */
 static void test_rotor_beyond_the_link_is_too_fast(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         machine.omega_m = way * 450.0;
         begin();
-        for (uint32_t n = 0; n < 2u; n++) { /* 1 ms, known at the end of its window */
+        for (uint32_t n = 0; n < 2u; n++) { /* 1 ms, which is known at the end of its window */
             TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
             windows(1u);
         }
@@ -151,7 +151,7 @@ static void test_rotor_beyond_the_link_is_too_fast(void)
 
 /* ---- start ---- */
 
-/* By the rule the turn of an alignment takes 16 over the pendulum's frequency, and 0.3 s at least. */
+/* By the rule the turn of an alignment takes 16 over the pendulum's frequency, and at least 0.3 s. */
 static uint32_t align_periods(double inertia)
 {
     const double natural = sqrt(POLE_PAIRS * KT * (double)params.current_limit / inertia);
@@ -159,10 +159,10 @@ static uint32_t align_periods(double inertia)
 }
 
 /* One turn from the initial angle of the frame, in the requested direction, from every angle of the rotor,
- * including the unstable one. At its end the rotor turns with the frame, behind it by asin(T_f/(K_t I))
- * plus the rest of its oscillation. That had omega_if/w_n = 2 pi/16 when the frame came by, and half of the
- * turn at least to fade,
- * exp(-8 zeta): zeta is 0.5 for the light rotor, 0.22 for the heavy one: 0.01 and 0.07 rad are left. */
+ * including the unstable one. At the end the rotor turns with the frame. It lags by asin(T_f/(K_t I)) plus
+ * the rest of its oscillation, whose amplitude was omega_if/w_n = 2 pi/16 when the frame passed the rotor.
+ * In at least half of the turn it has decayed by exp(-8 zeta). zeta is 0.5 for the light rotor and 0.22
+ * for the heavy one, so that 0.01 and 0.07 rad are left. */
 static void test_alignment_of_one_slow_turn_takes_every_rotor_along(void)
 {
     for (int n = 0; n < 48; n++) {
@@ -195,7 +195,7 @@ static void test_alignment_of_one_slow_turn_takes_every_rotor_along(void)
     }
 }
 
-/* Of the observed EMF 0.8 are fed forward, and the loop is locked at the angle of the EMF. */
+/* 0.8 of the observed EMF is fed forward, and the loop is locked at the angle of the EMF. */
 static void test_forced_frame_gets_its_share_of_the_emf(void)
 {
     begin();
@@ -214,7 +214,7 @@ static void test_forced_frame_gets_its_share_of_the_emf(void)
         if (fast.locking != 0u) {
             locked = true;
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, circle((double)fast.locked.theta_e - machine.theta));
-            /* it has gone on for at most two windows and the one in which it is seen */
+            /* The frame has continued for at most two windows and the one in which this is detected. */
             TEST_ASSERT_FLOAT_WITHIN(0.01f * m.limits.handover_speed + 3.0f * m.limits.ramp,
                                      0.4f * m.limits.handover_speed, fast.locked.omega_e);
         }
@@ -223,12 +223,12 @@ static void test_forced_frame_gets_its_share_of_the_emf(void)
 }
 
 typedef struct {
-    double load; /* [N m] besides friction */
+    double load; /* [N m] in addition to friction */
     bool heavy;
     float speed; /* [rad/s] */
 } start_t;
 
-/* At the hand-over the current goes on, in the frame of the rotor, as its mean over 1/70 s. */
+/* At the hand-over the current continues in the frame of the rotor, with its mean over 1/70 s. */
 static void check_start(const start_t *start, double theta)
 {
     setUp();
@@ -239,7 +239,7 @@ static void check_start(const start_t *start, double theta)
     machine.theta = theta;
     again = theta > 0.0;
     wish.omega_m_ref = start->speed;
-    params.speed_ramp = 100.0f; /* more than that of the start */
+    params.speed_ramp = 100.0f; /* larger than the ramp of the start */
     begin();
     (void)steps_until(MANOEUVRE_HANDOVER, 5.0);
     double complex had = current_in(machine.theta);
@@ -249,20 +249,20 @@ static void check_start(const start_t *start, double theta)
         had += 70.0 * T * (current_in(machine.theta) - had);
     }
     TEST_ASSERT_TRUE(taken >= 1500u && m.now == (int32_t)MANOEUVRE_RUN);
-    /* the mean of a window is half a window old, in which the current comes down by 10/s of 10 A at most */
+    /* The mean of a window is half a window old, in which the current decreases by at most 10/s of 10 A. */
     TEST_ASSERT_DOUBLE_WITHIN(0.02 + 0.04, cimag(had), made_i_q());
     TEST_ASSERT_DOUBLE_WITHIN(0.02 + 0.04, creal(had), (double)made.current.d);
     until_it_acts();
     TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, circle((double)demand.frame.theta_e - machine.theta));
-    /* there are currents to keep: that of the load, and the rest of a swing */
+    /* There are currents to be kept: that of the load, and that of the remaining swing. */
     TEST_ASSERT_DOUBLE_WITHIN(0.5, machine.friction / KT, fabs(cimag(had)));
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * fabs(machine.omega_m), machine.omega_m, (double)m.run.omega_m_ref);
     TEST_ASSERT_EQUAL_UINT32(1u, m.start_try);
     steps(3.0);
     EXPECT_TRACE(MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_HANDOVER, MANOEUVRE_RUN);
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs((double)start->speed), (double)start->speed, machine.omega_m);
-    TEST_ASSERT_EQUAL_UINT32(0u, m.start_try); /* done */
+    TEST_ASSERT_EQUAL_UINT32(0u, m.start_try); /* the start is completed */
 }
 
 static void test_standing_rotor_is_aligned_forced_handed_over_and_run(void)
@@ -276,7 +276,7 @@ static void test_standing_rotor_is_aligned_forced_handed_over_and_run(void)
     }
 }
 
-/* Where the estimate does not settle: a detector of 0.5 scatters by 0.25. */
+/* The estimate does not settle: a detector of 0.5 has a scatter of 0.25. */
 static void test_estimate_that_does_not_settle_fails_the_start(void)
 {
     params.start_tries = 1;
@@ -293,7 +293,7 @@ static void test_estimate_that_does_not_settle_fails_the_start(void)
 
 /* ---- stall and retry ---- */
 
-/* Per period, in the middle of the way to the hand-over [rad/s]. */
+/* The change of the speed per period in the middle of the acceleration to the hand-over [rad/s]. */
 static double ramp_slope(void)
 {
     while (fast.forced.frame.omega_e < 0.3f * m.limits.handover_speed) {
@@ -305,7 +305,8 @@ static double ramp_slope(void)
     return (double)fast.forced.frame.omega_e - before;
 }
 
-/* 50 ms after fallback_speed; a pause of 0.3 s; more current, a slower ramp; no more than start_tries. */
+/* The stall is reported 50 ms after fallback_speed. After a pause of 0.3 s the next start has more current
+ * and a slower ramp; there are at most start_tries of them. */
 static void test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ramp(void)
 {
     params.start_current = 4.0f;
@@ -328,7 +329,7 @@ static void test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ram
         while (m.now == (int32_t)MANOEUVRE_RAMP && m.failed == 0u) {
             step();
         }
-        /* 50 ms are 63 windows, of which the one that reached the speed is the first */
+        /* 50 ms are 63 windows, of which the one that has reached the speed is the first. */
         TEST_ASSERT_EQUAL_UINT32(62u * W, period - from);
         TEST_ASSERT_EQUAL_HEX32(n == 3u ? MANOEUVRE_STALLED : 0u, m.failed);
         if (n < 3u) {
@@ -367,7 +368,7 @@ static void test_reference_too_slow_to_track_is_forced(void)
     }
 }
 
-/* The turn of the alignment would drive the motor for 0.3 to 2 s more: the frame slows down at once. */
+/* The turn of the alignment would drive the motor for 0.3 to 2 s more: the frame must slow down at once. */
 static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -380,16 +381,16 @@ static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
         wish.mode = RUN_STOP;
         steps(4.0 * (double)DRIVE_WINDOW_PERIOD);
         TEST_ASSERT_EQUAL_INT32(MANOEUVRE_FORCED, m.now);
-        steps(5.0 / (double)FORCED_EASE_CUTOFF); /* e^-5 of the speed is left */
+        steps(5.0 / (double)FORCED_EASE_CUTOFF); /* e^-5 of the speed remains */
         TEST_ASSERT_FLOAT_WITHIN(0.01f * m.limits.align_speed, 0.0f, m.forced.speed);
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
     }
 }
 
-/* A flux assumed 1.3 times too large, R and J as much too large, and only a quarter of J on this side of an
- * elastic shaft: what is fed forward of the EMF too much, delta = s psi_f - psi_f/1.3 per p omega, drives no
- * more than the resistance holds, K_t delta < J w_b R (theory 15), where s is not at its least; and s is 1
- * where that is far off. */
+/* The flux, R and J are configured 1.3 times too large, and only a quarter of J is on the motor's side of
+ * an elastic shaft. The excess of the EMF that is fed forward is delta p omega with delta = s psi_f -
+ * psi_f/1.3. It must drive no more than the resistance holds, K_t delta < J w_b R (theory 15), unless s
+ * has its smallest value; far away from this limit s must be 1. */
 static void test_an_emf_fed_forward_too_much_does_not_drive_the_rotor(void)
 {
     for (double inertia = 1e-6; inertia < 0.1; inertia *= 1.3) {
@@ -406,7 +407,8 @@ static void test_an_emf_fed_forward_too_much_does_not_drive_the_rotor(void)
     }
 }
 
-/* On I the rotor's pendulum has w_n^2 = p K_t I/J: six times the electrical speed has to be twice that. */
+/* The rotor is a pendulum on the current I with w_n^2 = p K_t I/J: six times the electrical speed has to
+ * be at least twice w_n. */
 static void test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency(void)
 {
     make_heavy();
@@ -429,7 +431,7 @@ static void test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency(
     TEST_ASSERT_TRUE(manoeuvres_even(&m));
 }
 
-/* The d axis goes ahead by the load angle: the torque is the one that was there. */
+/* The d axis advances by the load angle, so that the torque does not change. */
 static void test_fall_back_keeps_the_torque(void)
 {
     static const double loads[] = {0.05, 2.0, 5.0, 8.0};
@@ -457,10 +459,10 @@ static void test_fall_back_keeps_the_torque(void)
 
 /* ---- reversal ---- */
 
-/* At the limit of current it passes zero faster than the model of the loop needs: 12 rad/s at 152 rad/s^2 and
- * more. The manoeuvre run continues, and is not judged in this range: from the EMF of 15.8 rad/s, the
- * hand-over's, until 10.5 rad/s the other way, and the 10 ms after that. At 152 to 200 rad/s^2 that is 0.14
- * to 0.18 s. */
+/* At the current limit the rotor passes zero speed faster than the model of the loop needs, which is 12
+ * rad/s at 152 rad/s^2 and more. The manoeuvre run continues and is not judged in this range: from the EMF
+ * of 15.8 rad/s, the hand-over speed, until 10.5 rad/s in the other direction, and for the 10 ms after
+ * that. At 152 to 200 rad/s^2 this takes 0.14 to 0.18 s. */
 static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -481,7 +483,7 @@ static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
             masked += manoeuvres_judged(&m) ? 0u : 1u;
             TEST_ASSERT_FALSE(manoeuvres_steady(&m) && m.reversing != 0u);
         }
-        TEST_ASSERT_TRUE(sign && passed); /* the mask is needed */
+        TEST_ASSERT_TRUE(sign && passed); /* there was a sign while the loop was not judged */
         TEST_ASSERT_TRUE(masked > 1400u && masked < 1800u);
         TEST_ASSERT_TRUE(manoeuvres_judged(&m) && m.reversing == 0u);
         TEST_ASSERT_DOUBLE_WITHIN(0.5, way * -50.0, machine.omega_m);
@@ -515,17 +517,16 @@ static void test_a_reversal_that_stays_behind_ends_in_the_forced_frame(void)
     }
 }
 
-/* A rotor that stays between the speeds at which the EMF is found and at which a reversal has passed
- * zero, 6.3 and 10.5 rad/s: its loop must settle there. The mean of its error counts the periods in which it
- * tracks: 0.5^2 (1 - exp(-t/5 ms)) > 0.12 from 3.3 ms on, and 5 ms of these periods are the limit. 0.3^2 is
- * settled.
- */
+/* The rotor stays between the speeds at which the EMF is found and at which a reversal has passed zero,
+ * 6.3 and 10.5 rad/s: its loop must settle there. The mean of its error counts the periods in which it
+ * tracks: 0.5^2 (1 - exp(-t/5 ms)) > 0.12 from 3.3 ms on, and 5 ms of these periods are the limit. With an
+ * error of 0.3^2 it counts as settled. */
 static void test_a_loop_that_does_not_settle_ends_a_reversal(void)
 {
     static const struct {
         double detector;
         uint32_t coasts;
-        double within; /* [s]; 0: run goes on */
+        double within; /* [s]; 0: the manoeuvre run continues */
     } cases[] = {{0.5, 0u, 0.011}, {0.5, 6u, 0.027}, {0.3, 0u, 0.0}, {0.3, 6u, 0.0}};
     for (size_t n = 0; n < 2u * sizeof cases / sizeof cases[0]; n++) {
         const double way = n % 2u == 0u ? 1.0 : -1.0;
@@ -534,7 +535,7 @@ static void test_a_loop_that_does_not_settle_ends_a_reversal(void)
         for (int k = 0; k < 20000 && way * machine.omega_m > -8.5; k++) {
             step();
         }
-        machine.inertia *= 1e6; /* it keeps this speed */
+        machine.inertia *= 1e6; /* so that it keeps this speed */
         steps(0.02);
         TEST_ASSERT_TRUE(m.reversing != 0u && !manoeuvres_judged(&m));
         traced = 0;
@@ -546,7 +547,7 @@ static void test_a_loop_that_does_not_settle_ends_a_reversal(void)
     }
 }
 
-/* At 20 rad/s^2 it is there for longer than the model of the loop can bridge. */
+/* At 20 rad/s^2 the rotor stays near zero speed for longer than the model of the loop can bridge. */
 static void test_slow_reversal_goes_through_zero_in_a_forced_frame(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -563,7 +564,7 @@ static void test_slow_reversal_goes_through_zero_in_a_forced_frame(void)
     }
 }
 
-/* Judged only in run, and not after a hand-over for 10 ms. */
+/* The lock is judged only in the manoeuvre run, and not within 10 ms after a hand-over. */
 static void test_nothing_else_than_run_is_judged(void)
 {
     begin();
@@ -592,10 +593,11 @@ static void test_lost_rotor_is_caught_again(void)
         TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
         TEST_ASSERT_EQUAL_UINT32(0u, fast.tracking);
         TEST_ASSERT_TRUE(steps_until_locked() < 200u);
-        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RELOCK, m.now); /* locked, and not yet proved: no torque */
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RELOCK, m.now); /* locked and not proved yet: no torque */
         expect_caught();
         TEST_ASSERT_TRUE(demand.current.q == 0.0f);
-        /* four times 2 ms, in whole windows, from the end of the one in which it was caught on */
+        /* The EMF must agree four times for 2 ms, in whole windows, from the end of the window in which
+         * the rotor was caught. */
         const uint32_t proof = PROOF_WINDOWS * m.proof.tuning.window * W;
         const uint32_t took = steps_until(MANOEUVRE_RUN, 0.012);
         TEST_ASSERT_TRUE(took >= proof && took < proof + W);
@@ -619,7 +621,7 @@ static void test_rotor_that_stands_after_a_loss_is_started(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.6, 60.0, machine.omega_m);
 }
 
-/* The third within 2 s of the first; without that window it would be the third at all. */
+/* The third loss within 2 s of the first is a fault; without this limit of time any third loss would be. */
 static void test_three_losses_within_two_seconds_are_a_fault(void)
 {
     static const double apart[] = {0.1, 0.98, 1.02, 1.5};
@@ -634,9 +636,8 @@ static void test_three_losses_within_two_seconds_are_a_fault(void)
     }
 }
 
-/* A start after which the rotor is lost within half a second counts as failed: this number of tries, at any
- * distance in time.
- */
+/* A start after which the rotor is lost within half a second counts as a failed try. This number of tries
+ * is counted at any distance in time. */
 static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
 {
     for (int n = 0; n < 3; n++) {
@@ -651,21 +652,21 @@ static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
     }
 }
 
-/* Relocks whose runs do not last are tries, too, however long the forced frame between them takes. */
+/* Relocks whose runs do not last count as tries, too, however long the forced frame between them lasts. */
 static void test_relocks_whose_runs_do_not_last_are_counted_as_tries(void)
 {
     given_heavy_running(60.0);
     steps(1.0);
     for (uint32_t k = 0u; k <= (uint32_t)params.start_tries; k++) {
         TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
-        lose(); /* the first one is that of a run that has lasted */
+        lose(); /* the first loss ends a run that has lasted */
         m.clock += DRIVE_WINDOWS(3.0f);
         steps(0.1);
     }
     TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_LOST, m.failed);
 }
 
-/* Those of the previous operation do not count. */
+/* The losses of the previous operation do not count. */
 static void test_losses_begin_again_when_the_bridge_comes_on(void)
 {
     given_heavy_running(60.0);
@@ -691,7 +692,7 @@ static void test_request_for_a_current_starts_in_its_direction(void)
         wish = (run_wish_t){RUN_CURRENT, 77.0f, {0.5f, (float)way * 3.0f}, 0.0f};
         begin();
         (void)steps_until(MANOEUVRE_RUN, 5.0);
-        windows(2u); /* the setpoint acts, and is reached */
+        windows(2u); /* the setpoint takes effect, and the current reaches it */
         TEST_ASSERT_TRUE(way * machine.omega_m > 5.0);
         TEST_ASSERT_TRUE(demand.current.d == 0.5f && demand.current.q == (float)way * 3.0f);
         const double before = machine.omega_m;
@@ -735,8 +736,8 @@ static void change_source(int32_t source)
     TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
 }
 
-/* When the drive leaves the forced frame, the current keeps its value; when it returns, run continues. Both
- * turn the integrals once. */
+/* When the drive leaves the forced frame, the current keeps its value; when it returns, the manoeuvre run
+ * continues. Both changes rotate the integrals once. */
 static void test_other_source_under_way_turns_the_frame(void)
 {
     machine.friction = 2.0;
@@ -747,7 +748,7 @@ static void test_other_source_under_way_turns_the_frame(void)
     change_source(POSITION_ENCODER);
     const double complex had = current_in(machine.theta);
     TEST_ASSERT_DOUBLE_WITHIN(0.05, cimag(had), (double)demand.current.q);
-    /* of i_d 0.8 ms in 100 ms has faded */
+    /* i_d has decayed for 0.8 ms with 100 ms. */
     TEST_ASSERT_DOUBLE_WITHIN(0.05 + 0.008 * creal(had), creal(had), (double)demand.current.d);
     step();
     TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, demand.change);

@@ -3,14 +3,15 @@
 
 #include "tests/unit/compare.h"
 
-#define SETTLE  64u
-#define PERIODS 16 /* of the mean: a power of two, so that means of equal samples are exact */
+#define SETTLE 64u
+/* Number of samples in the mean: a power of two, so that the mean of equal samples is exact. */
+#define PERIODS 16
 
-/* What a sensor may show: half a per cent less than its ends. */
+/* The range that a sensor may show is half a per cent smaller than its ends. */
 #define MIDDLE (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
 #define RAIL   (0.995f * 0.5f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
 
-/* Without a sensor of its own c is the sum of two, and may show three times as much. */
+/* Without a sensor of its own c is the sum of two currents and may show three times as much. */
 #define SHARE_C (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
 
 static const ab_t NO_TRIM = {0.0f, 0.0f};
@@ -49,7 +50,7 @@ static calibration_t calibrate(void)
     return measure_calibrate(&measure, &tuning, &samples);
 }
 
-/* From its beginning to its end, of these samples. */
+/* Runs the calibration from its beginning to its end with these samples. */
 static calibration_t calibrate_all(void)
 {
     for (uint32_t n = 1; n < SETTLE + PERIODS; n++) {
@@ -108,7 +109,7 @@ static void test_trim_is_removed_in_the_stationary_frame_alone(void)
 
 /* ---- invalid samples ---- */
 
-/* Every analogue input, with the largest amount that it may show and the middle between its ends. */
+/* Every analogue input, with the largest magnitude that it may show and the middle between its ends. */
 static const struct {
     size_t offset;
     float middle;
@@ -132,7 +133,7 @@ static void expect_good_with(size_t input, float value, bool good)
     TEST_ASSERT_EQUAL_UINT32(good ? 1u : 0u, measure.measured.good);
 }
 
-/* Sums from which the limits follow: three roundings. */
+/* The limits follow from sums with three roundings. */
 static void test_each_input_below_and_above_its_end(void)
 {
     for (size_t n = 0; n < INPUTS; n++) {
@@ -153,7 +154,8 @@ static void test_no_temperature_sensor_is_no_error(void)
     TEST_ASSERT_EQUAL_UINT32(1u, measure.measured.good);
 }
 
-/* If any input is invalid, all analogue values remain; the digital ones and the trim are the present ones. */
+/* If any input is invalid, all analogue values keep their last valid values; the digital values and the
+ * trim are the present ones. */
 static void test_a_bad_sample_keeps_the_last_good_values(void)
 {
     for (size_t n = 0; n < INPUTS; n++) {
@@ -184,7 +186,8 @@ static void test_a_bad_sample_keeps_the_last_good_values(void)
 
 /* ---- calibration ---- */
 
-/* 512 samples of a ramp, not the sixteen of above: half its height; 512 roundings of 0.4 A by 1.5e-8 each. */
+/* The mean of 512 samples of a ramp (instead of the sixteen used elsewhere) is half its height, within 512
+ * roundings of 0.4 A by 1.5e-8 each. */
 static void test_offsets_are_the_mean(void)
 {
     params.calibration_periods = 512;
@@ -203,7 +206,8 @@ static void test_offsets_are_the_mean(void)
     expect_abc(0.4f, -0.2f, 0.15f, measure.offset);
 }
 
-/* Neither counted nor averaged, while settling and after: with each third bad it takes half as long again. */
+/* Bad samples are neither counted nor averaged, in the settling and after it: if every third sample is
+ * bad, the calibration takes 1.5 times as long. */
 static void test_bad_samples_are_left_out(void)
 {
     calibration_t last = CALIBRATION_GOES_ON;
@@ -220,7 +224,7 @@ static void test_bad_samples_are_left_out(void)
     TEST_ASSERT_EQUAL_FLOAT(-0.125f, measure.offset.b);
 }
 
-/* At the limit is too much; below it is not. */
+/* An offset at the limit is too large; one below it is accepted. */
 static void test_each_sensor_fails_at_its_limit_in_either_sign(void)
 {
     for (int phase = 0; phase < 3; phase++) {
@@ -237,7 +241,7 @@ static void test_each_sensor_fails_at_its_limit_in_either_sign(void)
     }
 }
 
-/* A normal number with the standard deviation 1, as the sum of twelve equally distributed ones. */
+/* A normally distributed number with SD 1, as the sum of twelve uniformly distributed ones. */
 static float normal(void)
 {
     static uint32_t state = 12345u;
@@ -249,7 +253,7 @@ static float normal(void)
     return sum;
 }
 
-/* The square of a deviation that is measured with 256 pairs of differences is right within some 20 %. */
+/* A variance that is measured with 256 pairs of differences is right within about 20 %. */
 static void test_sensors_that_scatter_too_much_are_noisy(void)
 {
     static const float shares[] = {0.3f, 0.8f, 1.2f, 4.0f};
@@ -269,8 +273,8 @@ static void test_sensors_that_scatter_too_much_are_noisy(void)
     }
 }
 
-/* The current that a rotor drives through the diodes, up to 0.5 rad a sample; its mean over the calibration
- * is small. */
+/* The current that a rotor drives through the diodes, up to 0.5 rad per sample; its mean over the
+ * calibration is small. */
 static void test_a_current_is_no_noise(void)
 {
     params.calibration_periods = 256;
@@ -296,7 +300,7 @@ static void test_a_calibration_begins_again(void)
     currents(0.25f, -0.125f, 0.375f);
     TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
     measure_begin_calibration(&measure);
-    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a); /* known until then */
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a); /* the last known offset */
     currents(-0.0625f, 0.25f, 0.125f);
     TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
     expect_abc(-0.0625f, 0.25f, 0.125f, measure.offset);

@@ -1,12 +1,12 @@
-/* Offsets of the current sensors while the bridge is off: found block by block, kept where they have hardly
- * moved, not changed where a current flows, refused where they are too large. */
+/* The offsets of the current sensors while the bridge is off: they are found block by block, kept if they
+ * have hardly moved, not changed while a current flows, and refused if they are too large. */
 #include "fast/measure.h"
 
 #include "tests/unit/compare.h"
 
 #define SETTLE 64u
 #define BLOCK  512u
-#define SHARE  ((float)DRIVE_CURRENT_RANGE / 20.0f) /* [-] of the board whose sensors see 20 A */
+#define SHARE  ((float)DRIVE_CURRENT_RANGE / 20.0f) /* [-] range of the board's sensors relative to 20 A */
 
 static measure_t measure;
 static measure_tuning_t tuning;
@@ -51,8 +51,8 @@ static void expect_offset(double a, double b)
     TEST_ASSERT_FLOAT_WITHIN(2e-4f * SHARE, (float)(-a - b) * SHARE, measure.offset.c);
 }
 
-/* After 64 periods of settling and 512 of the block, and again 512 later: not earlier, and not between these.
- */
+/* The offset changes after 64 periods of settling and 512 of the block, and again 512 later: not earlier,
+ * and not between these. */
 static void test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, -0.2, SETTLE + BLOCK - 1u));
@@ -66,8 +66,9 @@ static void test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block(void)
     expect_offset(-0.4, 0.3);
 }
 
-/* Half a per cent of the sensors' range in the length of the vector: a alone, 2/3 of it along alpha. The
- * result of the trim while turning belongs to the sensor, too: then no offset has moved. */
+/* The limit is 0.5 % of the range of the sensors, for the length of the vector: a alone has 2/3 of it
+ * along alpha. The result of the trim during rotation belongs to the sensor, too; if it agrees, no offset
+ * has moved. */
 static void test_what_has_hardly_moved_stays(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.099, -0.0495, SETTLE + 3u * BLOCK));
@@ -90,12 +91,12 @@ static void test_an_offset_beyond_its_limit_is_reported_and_not_taken(void)
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_FAILED, measure.rest.found);
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.0, -1.1, 2u * BLOCK));
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_FAILED, measure.rest.found);
-    (void)periods(0.6, 0.0, 2u * BLOCK); /* it has come back */
+    (void)periods(0.6, 0.0, 2u * BLOCK); /* the offset has returned */
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
 }
 
-/* A rotor that feeds the link: each phase conducts near its crests, twice a turn. A block with this current
- * gives no result, for any position of the turns in it. */
+/* In a rotor that feeds the link each phase conducts near its crests, twice per turn. A block with this
+ * current gives no result, at any position of the turns within the block. */
 static void test_a_rotor_that_feeds_the_link_is_no_offset(void)
 {
     for (double hertz = 15.0; hertz < 400.0; hertz *= 1.3) {
@@ -112,8 +113,9 @@ static void test_a_rotor_that_feeds_the_link_is_no_offset(void)
     }
 }
 
-/* A calibration with a current in it, whose mean of 2.3 turns is (1 - cos(0.3 x 2 pi))/(2.3 x 2 pi) of 0.5 A,
- * 45 mA: the first quiet block replaces it, though it is nearer than what has to have moved. */
+/* The calibration contains a current whose mean over 2.3 turns is (1 - cos(0.3 x 2 pi))/(2.3 x 2 pi) of
+ * 0.5 A, 45 mA. The first quiet block replaces the result although the difference is below the limit for a
+ * moved offset. */
 static void test_a_calibration_beside_a_current_is_replaced(void)
 {
     for (uint32_t n = 0; n < SETTLE + BLOCK; n++) {
@@ -131,10 +133,11 @@ static void test_a_calibration_beside_a_current_is_replaced(void)
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.03, 0.0, 2u * BLOCK));
 }
 
-/* A low-pass of 1.5 % a period has 1/3 of a step of 0.3 A after ln(2/3)/ln(0.985) = 26.8 periods: from then
- * on no start, until the block that has seen the step. Of one in the middle of a block part is left: that is
- * due beyond a quarter of what else has to have moved, here 0.117 A in the 27th and 0.025 A in the 16th
- * period of the next. */
+/* A low-pass of 1.5 % per period has a third of a step of 0.3 A after ln(2/3)/ln(0.985) = 26.8 periods.
+ * From then on no start is allowed, until a block contains the step completely. If the step is in the
+ * middle of a block, the block shows only a part of it. A new calibration is then due if the rest exceeds
+ * a quarter of the usual limit: in this test 0.117 A in the 27th period, or 0.025 A in the 16th period of
+ * the next block. */
 static void test_a_step_is_due_until_it_is_measured(void)
 {
     const uint32_t before = 200u;
@@ -156,8 +159,8 @@ static void test_a_step_is_due_until_it_is_measured(void)
     expect_offset(0.3, -0.15);
 }
 
-/* A step of more than the span of a quiet block, 0.4 A: the block begins again with it, so that a whole block
- * later the offset is the one behind the step, and until then no start. */
+/* A step by more than the span of a quiet block, 0.4 A, restarts the block. A whole block later the
+ * measured offset is the new one, and until then no start is allowed. */
 static void test_a_step_beyond_the_span_of_a_block_restarts_it(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -171,8 +174,8 @@ static void test_a_step_beyond_the_span_of_a_block_restarts_it(void)
     }
 }
 
-/* A current changes repeatedly by this amount, and other checks detect it: then no calibration is due
- * until it has been constant for 12.8 ms. */
+/* A current changes repeatedly by this amount, and other checks detect it. No calibration is then due
+ * until the current has been constant for 12.8 ms. */
 static void test_two_steps_in_a_short_time_are_a_current(void)
 {
     (void)periods(0.0, 0.0, SETTLE + BLOCK + 300u);
@@ -190,13 +193,14 @@ static void test_what_is_left_to_the_trim_is_not_due(void)
     (void)periods(0.29, -0.145, SETTLE + BLOCK);
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure_found(&measure));
     (void)periods(1.1, 0.0, BLOCK);
-    TEST_ASSERT_EQUAL_INT32(CALIBRATION_FAILED, measure_found(&measure)); /* more than due */
+    /* The offset exceeds the limit of a due calibration. */
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_FAILED, measure_found(&measure));
     measure_begin_rest(&measure);
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure_found(&measure));
 }
 
-/* Noise of 1 A to both sides has a low-passed current, too; so has a rotor that feeds the link. The first
- * sample of a block has no span yet. */
+/* Noise of 1 A in both directions has a low-passed current, too, and so has a rotor that feeds the link.
+ * The first sample of a block has no span yet. */
 static void test_nothing_is_due_where_a_current_flows(void)
 {
     uint32_t due = 0u;
@@ -211,7 +215,7 @@ static void test_nothing_is_due_where_a_current_flows(void)
 /* The bridge was on: the currents decay, the sensors settle, and the earlier result is no longer valid. */
 static void test_a_run_in_between_begins_again(void)
 {
-    (void)periods(0.5, 0.0, SETTLE + 2u * BLOCK + 100u); /* the second block makes the first one sure */
+    (void)periods(0.5, 0.0, SETTLE + 2u * BLOCK + 100u); /* the second block confirms the first one */
     measure_begin_rest(&measure);
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure.rest.found);
     TEST_ASSERT_EQUAL_UINT32(0u, periods(8.0, -3.0, SETTLE)); /* the trim of the last run */
@@ -232,7 +236,7 @@ static void test_what_is_not_a_measurement_is_left_out(void)
     expect_offset(0.5, 0.0);
 }
 
-/* Another length of the block while one is under way: that one is thrown away. */
+/* The length of the block changes during a block, which is discarded. */
 static void test_new_coefficients_begin_a_new_block(void)
 {
     params_t params;

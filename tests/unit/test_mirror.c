@@ -1,38 +1,42 @@
-/* The mirror of a memory behind a slow bus, under the store. The memory of the test takes an octet at a time,
- * and its power fails after any number of them: the octet that is under way then gets some of its bits. One
- * with pages keeps the octets of a transfer until its end, and then writes them in any order. */
+/* The mirror of a memory on a slow bus, with the store above it. The memory of the test takes one octet at
+ * a time, and its power fails after any number of them: the octet that is being written then gets some of
+ * its bits. A memory with pages keeps the octets of a transfer until its end and then writes them in any
+ * order. */
 #include "talk/mirror.h"
 
 #include "tests/unit/random_sets.h"
 #include "tests/unit/sweep.h"
 
-#define WORDS  ((store_record_words(params_table.count) + 3u) / 4u * 4u) /* of a page */
-#define MOST   512u                                                      /* [words] of a page, at most */
+#define WORDS  ((store_record_words(params_table.count) + 3u) / 4u * 4u) /* [words] of a record in a page */
+#define MOST   512u                                                      /* [words] largest page */
 #define STRIDE 1024u
-#define EVERY  (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the host */
-#define NEVER  UINT32_C(0xFFFFFFFF)
+/* a power failure is tested after every EVERY-th octet; on the host after each. */
+#define EVERY (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u)
+#define NEVER UINT32_C(0xFFFFFFFF)
 
 typedef struct {
     uint16_t word[STORE_PAGES * STRIDE];
 } content_t;
 
 static content_t content;
-static uint32_t left;       /* octets until the power fails */
-static uint32_t operations; /* octets since the start of a test */
-static uint32_t now;        /* [ticks] one for each reading */
-static uint32_t slow;       /* polls that a memory with pages refuses after a write; 0: one without pages */
-static uint32_t refuses;    /* and how many it still does */
+static uint32_t left;       /* number of octets until the power fails */
+static uint32_t operations; /* number of octets since the start of a test */
+static uint32_t now;        /* [ticks] advances by one with each reading */
+/* Number of polls that a memory with pages refuses after a write; 0: a memory without pages. */
+static uint32_t slow;
+static uint32_t refuses; /* number of polls that it still refuses */
 static bool absent, silent, broken;
 static uint32_t aborts;
 static uint32_t at_read;
 static bool reading, addressed;
-static uint32_t unproven; /* words written and not read since */
-static uint32_t written;  /* by the last transfer */
+static uint32_t unproven; /* number of words that were written and not read since */
+static uint32_t written;  /* number of words in the last transfer */
 
 static mirror_t mirror;
 static uint16_t pages[STORE_PAGES * MOST];
 
-/* One octet of the memory gets its bits, the last one before the cut some, and later ones none. */
+/* Writes one octet of the memory: an octet before the power failure gets all bits, the last one some, and
+ * later ones none. */
 static void change(uint32_t octet, uint16_t value)
 {
     uint16_t *to = &content.word[octet / 2u];
@@ -101,7 +105,7 @@ static uint32_t ticks(void)
 
 static mirror_bus_t bus = {bus_write, bus_read, poll, give_up, ticks, 100u, 20u, 0u, STRIDE};
 
-/* ---- the store above it ---- */
+/* ---- the store on top of the mirror ---- */
 
 static uint16_t word(uint32_t page, uint32_t at)
 {
@@ -129,7 +133,7 @@ static void finish(void)
     }
 }
 
-/* What a start finds. */
+/* Fills the mirror as at a start. */
 static void fill(void)
 {
     unproven = 0u;
@@ -152,7 +156,7 @@ void setUp(void)
     silent = false;
     broken = false;
     aborts = 0u;
-    now = 0xFFFFFF00u; /* it wraps soon */
+    now = 0xFFFFFF00u; /* close to the end of its range */
     memset(&content, 0xFF, sizeof content);
     fill();
 }
@@ -165,7 +169,7 @@ static params_t save_random(void)
     return set;
 }
 
-/* After a start. */
+/* Loads the set as after a start. */
 static store_found_t load(params_t *set)
 {
     store_told_t told;
@@ -219,7 +223,8 @@ static void test_erasing_leaves_what_is_blank_alone(void)
 
 /* ---- power ---- */
 
-/* At every octet of a save: the old set or the new one is found, and a save after it is found too. */
+/* The power fails after every octet of a save: the old set or the new one must be found, and a later save
+ * must be found too. */
 static void cut_everywhere(uint32_t refusals, uint32_t sets)
 {
     params_t old = {0};
@@ -304,7 +309,7 @@ static void test_a_memory_that_keeps_what_it_had_is_found_and_its_set_stays(void
     expect_stored(&old);
 }
 
-/* The memory answers again before its time is over: no octet is lost. */
+/* The memory answers again before the time-out: no octet is lost. */
 static void test_a_memory_may_be_away_for_a_while(void)
 {
     const params_t set = random_set();

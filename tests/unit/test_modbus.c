@@ -1,12 +1,12 @@
-/* Modbus RTU: frames by the gap, CRC, functions and exceptions of the standard. The rows are this file's own:
- * ids 10 to 12 hold whole values, 13 a float; 12 is read-only, 11 refuses 99, ids 14 to 19 are a gap, others
- * do not exist. */
+/* Modbus RTU: frames separated by the gap, the CRC, and functions and exceptions of the standard. The rows
+ * belong to this file: ids 10 to 12 hold whole values, 13 a float; 12 is read-only; 11 refuses 99; ids 14
+ * to 19 are a gap; others do not exist. */
 #include "talk/modbus.h"
 
 #include "tests/unit/compare.h"
 
 #define ADDRESS 17u
-#define GAP     18u /* [periods] */
+#define GAP     18u /* [periods] length of the gap */
 
 static modbus_t modbus;
 static uint16_t store[MODBUS_STORE_OCTETS + 1u];
@@ -66,17 +66,17 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_HEX16(0xA5A5u, answer[MODBUS_ANSWER_MAX]);
 }
 
-/* Division of the message by x^16 + x^15 + x^2 + 1, bit by bit as on the line: octets with the lowest bit
- * first. */
+/* The division of the message by x^16 + x^15 + x^2 + 1, bit by bit as on the line: octets with the lowest
+ * bit first. */
 static uint32_t remainder_of(const uint16_t *octets, uint32_t count)
 {
-    uint32_t rest = 0xFFFFu; /* bit 15 is the power 0, bit 0 the power 15 */
+    uint32_t rest = 0xFFFFu; /* bit 15 is the power 0, bit 0 is the power 15 */
     for (uint32_t n = 0; n < 8u * count; n++) {
         const uint32_t in = (uint32_t)octets[n / 8u] >> n % 8u & 1u;
         const uint32_t out = rest & 1u;
         rest >>= 1;
         if ((in ^ out) != 0u) {
-            rest ^= 1u << 15 | 1u << 13 | 1u; /* powers 0, 2, 15 */
+            rest ^= 1u << 15 | 1u << 13 | 1u; /* the powers 0, 2 and 15 */
         }
     }
     return rest;
@@ -95,7 +95,7 @@ static modbus_result_t after(uint32_t periods)
     return modbus_listen(&modbus, store, &access, now, answer);
 }
 
-/* Octets of a request with its CRC, and the answer of the server. */
+/* Sends the octets of a request with its CRC; returns the answer of the server. */
 static modbus_result_t ask(const uint16_t *octets, uint32_t count)
 {
     const uint32_t crc = remainder_of(octets, count);
@@ -128,7 +128,7 @@ static void expect_silence(modbus_result_t result, uint32_t errors)
     modbus.errors = 0u;
 }
 
-/* Appendix of the standard's example of its CRC: 02 07 has 41 12. */
+/* The example in the standard's appendix about the CRC: 02 07 has the CRC 41 12. */
 static void test_the_crc_is_that_of_the_standard(void)
 {
     static const uint16_t example[] = {0x02, 0x07};
@@ -136,7 +136,7 @@ static void test_the_crc_is_that_of_the_standard(void)
     modbus_set(&modbus, 2u, GAP);
     static const uint16_t frame[] = {0x02, 0x07, 0x41, 0x12};
     take(frame, 4u);
-    EXPECT(after(GAP), 0x02, 0x87, MODBUS_ILLEGAL_FUNCTION); /* no function 7 */
+    EXPECT(after(GAP), 0x02, 0x87, MODBUS_ILLEGAL_FUNCTION); /* function 7 does not exist */
 }
 
 static void test_registers_are_halves_of_slots_the_upper_one_first(void)
@@ -152,7 +152,8 @@ static void test_a_block_may_be_as_long_as_its_answer_has_room_and_not_longer(vo
     EXPECT(ASK(ADDRESS, 3, 0, 20, 0, 0), ADDRESS, 0x83, MODBUS_ILLEGAL_VALUE);
     EXPECT(ASK(ADDRESS, 3, 0, 20, 0, MODBUS_READ_MOST + 1u), ADDRESS, 0x83, MODBUS_ILLEGAL_VALUE);
     EXPECT(ASK(ADDRESS, 3, 0, 20, 1, 2), ADDRESS, 0x83, MODBUS_ILLEGAL_VALUE);
-    EXPECT(ASK(ADDRESS, 3, 0, 38, 0, 3), ADDRESS, 0x83, MODBUS_ILLEGAL_ADDRESS); /* its end */
+    /* The range ends after the last register. */
+    EXPECT(ASK(ADDRESS, 3, 0, 38, 0, 3), ADDRESS, 0x83, MODBUS_ILLEGAL_ADDRESS);
     EXPECT(ASK(ADDRESS, 3, 0, 19, 0, 1), ADDRESS, 0x83, MODBUS_ILLEGAL_ADDRESS);
     EXPECT(ASK(ADDRESS, 3, 0xFF, 0xFF, 0, 2), ADDRESS, 0x83, MODBUS_ILLEGAL_ADDRESS);
 }
@@ -198,9 +199,10 @@ static void test_a_single_register_writes_a_whole_value_with_its_sign(void)
     TEST_ASSERT_EQUAL_HEX32(0x1234u, slots[10]);
     EXPECT(ASK(ADDRESS, 6, 0, 23, 0xFF, 0xFE), ADDRESS, 6, 0, 23, 0xFF, 0xFE);
     TEST_ASSERT_EQUAL_HEX32(0xFFFFFFFEu, slots[11]);
-    EXPECT(ASK(ADDRESS, 6, 0, 20, 0, 1), ADDRESS, 0x86, MODBUS_ILLEGAL_ADDRESS); /* an upper half */
-    EXPECT(ASK(ADDRESS, 6, 0, 27, 0, 1), ADDRESS, 0x86, MODBUS_ILLEGAL_ADDRESS); /* half a float */
-    EXPECT(ASK(ADDRESS, 6, 0, 25, 0, 1), ADDRESS, 0x86, MODBUS_ILLEGAL_ADDRESS); /* read-only */
+    /* The upper half of a value. */
+    EXPECT(ASK(ADDRESS, 6, 0, 20, 0, 1), ADDRESS, 0x86, MODBUS_ILLEGAL_ADDRESS);
+    EXPECT(ASK(ADDRESS, 6, 0, 27, 0, 1), ADDRESS, 0x86, MODBUS_ILLEGAL_ADDRESS); /* half of a float */
+    EXPECT(ASK(ADDRESS, 6, 0, 25, 0, 1), ADDRESS, 0x86, MODBUS_ILLEGAL_ADDRESS); /* a read-only row */
     TEST_ASSERT_EQUAL_HEX32(0x3FC00000u, slots[13]);
 }
 
@@ -218,8 +220,8 @@ static void test_a_request_of_a_wrong_length_is_refused(void)
     TEST_ASSERT_EQUAL_UINT32(0u, modbus.errors);
 }
 
-/* 123 registers, the most of the standard, which are more than this server accepts: it still checks the CRC.
- */
+/* The request has 123 registers, the largest number of the standard, which this server does not accept: it
+ * checks the CRC nevertheless. */
 static void test_the_longest_frame_of_the_standard_is_answered_and_a_longer_one_is_not(void)
 {
     uint16_t frame[300] = {ADDRESS, 16, 0, 20, 0, 123, 246};
@@ -258,7 +260,7 @@ static void test_a_frame_ends_with_the_gap_and_not_before(void)
     expect_silence(after(GAP - 1u), 0u);
     TEST_ASSERT_TRUE(after(1u).heard);
     expect_silence(after(1000u), 0u);
-    take(request, 6u); /* a pause that is too long: two frames, none of them good */
+    take(request, 6u); /* a pause that is too long separates two frames, neither of which is valid */
     expect_silence(after(GAP), 1u);
     take(tail, 2u);
     expect_silence(after(GAP), 1u);
@@ -272,8 +274,8 @@ static void test_lost_octets_invalidate_the_frame_and_not_the_next_one(void)
     EXPECT(ASK(ADDRESS, 6, 0, 21, 0, 7), ADDRESS, 6, 0, 21, 0, 7);
 }
 
-/* Every bit, and every pair of bits, of a write of 13 octets. An odd number of wrong bits is always detected,
- * since x + 1 divides the polynomial. */
+/* Every bit, and every pair of bits, of a write of 13 octets is wrong. An odd number of wrong bits is
+ * always detected, since x + 1 divides the polynomial. */
 static void test_no_write_with_one_or_two_wrong_bits_acts(void)
 {
     uint16_t frame[13] = {ADDRESS, 16, 0, 20, 0, 2, 4, 0, 1, 0, 2};
@@ -300,7 +302,8 @@ static void test_upper_bits_of_a_word_are_not_used(void)
     EXPECT(ASK(0xAB00u | ADDRESS, 6, 0, 0x1200u | 21u, 0, 7), ADDRESS, 6, 0, 21, 0, 7);
 }
 
-/* 3.5 characters of 11 bits at 9600: 4.0104 ms; above 19200 the standard recommends 1.75 ms. */
+/* 3.5 characters of 11 bits at 9600 bit/s are 4.0104 ms; above 19200 bit/s the standard recommends 1.75
+ * ms. */
 static void test_the_gap_follows_the_rate(void)
 {
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 4.0104167e-3f, modbus_gap(9600.0f));

@@ -1,11 +1,13 @@
-/* Shafts whose motion is algebra: J domega/dt = K_t (i - i_L). T_j is 0.8 ms, the limit 10 A. */
+/* Shafts whose motion follows from algebra: J domega/dt = K_t (i - i_L). T_j, the time between two
+ * judgements, is 0.8 ms; the current limit is 10 A. */
 #include "medium/protect/motion_watch.h"
 #include "tests/unit/compare.h"
 
 #define LOOK       0.8e-3 /* [s] T_j */
 #define PER_AMPERE 17.0   /* K_t/J [rad/s^2 per A] */
 #define LIMIT      10.0
-#define NOISE      0.25 /* [rad/s]: tau is 5 0.25/170 = 7.4 ms, progress 0.5 rad/s */
+/* [rad/s] tau is 5 x 0.25/170 = 7.4 ms, and the smallest progress that counts 0.5 rad/s. */
+#define NOISE 0.25
 
 static motion_watch_t watch;
 static motion_watch_params_t params;
@@ -29,7 +31,7 @@ static void begin(double assumed_per_ampere)
     motion_watch_init(&watch, &tuning);
     motion_watch_rest(&watch);
     omega = 0.0;
-    running = 63u; /* 50 ms and more before: 62.5 judgements */
+    running = 63u; /* more than 50 ms before: 62.5 judgements */
 }
 
 void setUp(void)
@@ -49,7 +51,7 @@ static motion_watch_input_t input_of(double i, double reference)
                                   .asked = true};
 }
 
-/* A judgement at this speed and current. */
+/* A judgement with this speed and current. */
 static uint32_t judged(double speed, double i, double reference)
 {
     omega = speed;
@@ -57,13 +59,13 @@ static uint32_t judged(double speed, double i, double reference)
     return motion_watch_step(&watch, &input);
 }
 
-/* A judgement with this current on a shaft that it turns by `sign` of its torque, against this load. */
+/* A judgement with this current, which turns the shaft by `sign` of its torque, against this load. */
 static uint32_t turn(double i, double sign, double load, double reference)
 {
     return judged(omega + LOOK * PER_AMPERE * (sign * i - load), i, reference);
 }
 
-/* Judgements until one of the bits is set; 0: none within `most` judgements. */
+/* The number of judgements until one of the bits is set; 0 if none is within `most` judgements. */
 static uint32_t until(uint32_t bits, uint32_t most, double i, double sign, double load, double reference)
 {
     for (uint32_t n = 1; n <= most; n++) {
@@ -74,7 +76,7 @@ static uint32_t until(uint32_t bits, uint32_t most, double i, double sign, doubl
     return 0u;
 }
 
-/* A steady acceleration is measured exactly: i_L is the missing current. */
+/* A steady acceleration is measured exactly: i_L is the current that the acceleration lacks. */
 static void test_the_load_is_what_the_motion_lacks(void)
 {
     static const double cases[][2] = {{10.0, 0.0}, {10.0, 4.0}, {-7.0, 2.5}, {3.0, -9.0}, {0.0, 5.0}};
@@ -87,22 +89,24 @@ static void test_the_load_is_what_the_motion_lacks(void)
     }
 }
 
-/* Torque of the wrong sign: i_L goes to 20 A as 1 - (1 - s)^n, s = 1 - exp(-0.8/7.4), and is beyond 13 A
- * after 10 judgements, i_q is beyond 6 A after 9. 2.2 tau, 16.2 ms, are twenty judgements. */
+/* The torque has the wrong sign. i_L approaches 20 A as 1 - (1 - s)^n with s = 1 - exp(-0.8/7.4): it
+ * exceeds 13 A after 10 judgements, and i_q exceeds 6 A after 9. The condition must hold for 2.2 tau, 16.2
+ * ms, which are twenty judgements. */
 static void test_torque_of_the_wrong_sign_is_a_runaway(void)
 {
     const double share = 1.0 - exp(-LOOK / (5.0 * NOISE / (PER_AMPERE * LIMIT)));
     const double first = ceil(log(1.0 - 13.0 / 20.0) / log(1.0 - share));
     for (int way = -1; way <= 1; way += 2) {
         setUp();
-        (void)turn(0.0, -1.0, 0.0, way * 60.0); /* both low-passes begin at rest */
+        (void)turn(0.0, -1.0, 0.0, way * 60.0); /* both low-passes begin with zero motion */
         const uint32_t n = until(MOTION_RUNAWAY, 100u, way * LIMIT, -1.0, 0.0, way * 60.0);
         TEST_ASSERT_EQUAL_UINT32((uint32_t)first + 19u, n);
         TEST_ASSERT_TRUE(way * omega < 0.0);
     }
 }
 
-/* A hoist whose load is beyond the limit by 15 %, J assumed at double: 1 + 2 0.15 = 1.3. */
+/* A hoist whose load exceeds the limit by 15 %, with a J that is assumed twice too large: 1 + 2 x 0.15 =
+ * 1.3. */
 static void test_loads_up_to_what_the_motor_can_are_no_runaway(void)
 {
     static const double loads[] = {-9.0, 5.0, 9.9, 11.4};
@@ -118,7 +122,8 @@ static void test_loads_up_to_what_the_motor_can_are_no_runaway(void)
     }
 }
 
-/* From 150 rad/s to standstill in 8 ms: a load of 110 times the limit, but no runaway. */
+/* The shaft stops from 150 rad/s within 8 ms. This would be a load of 110 times the limit, but it is no
+ * runaway. */
 static void test_a_jam_is_no_runaway(void)
 {
     omega = 150.0;
@@ -131,8 +136,8 @@ static void test_a_jam_is_no_runaway(void)
     }
 }
 
-/* From 20 to 60 rad/s at once, against the full current: 40 rad/s are 295 A in 8 ms, which no torque can
- * cause. */
+/* The speed changes from 20 to 60 rad/s at once, against the full current: 40 rad/s in 8 ms would need 295
+ * A, which no torque can cause. */
 static void test_a_shaft_that_is_hit_is_no_runaway(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -144,7 +149,7 @@ static void test_a_shaft_that_is_hit_is_no_runaway(void)
     }
 }
 
-/* The estimate runs away from the rotor, not the rotor: the check of the lock detects this. */
+/* In this case the estimate runs away and not the rotor; the check of the lock detects this. */
 static void test_only_a_sensor_sees_a_runaway(void)
 {
     for (int n = 0; n < 100; n++) {
@@ -155,8 +160,8 @@ static void test_only_a_sensor_sees_a_runaway(void)
     }
 }
 
-/* An elastic shaft throws the rotor on against its current: while the EMF agrees with the encoder, the torque
- * has the right sign. A runaway that begins afterwards has to last its whole time. */
+/* An elastic shaft accelerates the rotor against its current. While the EMF agrees with the encoder, the
+ * torque has the right sign. A runaway that begins afterwards must last for its whole time. */
 static void test_a_shaft_whose_emf_confirms_the_encoder_does_not_run_away(void)
 {
     motion_watch_input_t input = input_of(LIMIT, 60.0);
@@ -184,7 +189,7 @@ static uint32_t held_at(double speed, double i, double limit, double reference, 
     return 0u;
 }
 
-/* 0.8 s are 1000 judgements, 1.6 s 2000; at a limit that is lowered, too. */
+/* 0.8 s are 1000 judgements, 1.6 s are 2000; the same holds at a limit that has been lowered. */
 static void test_a_rotor_that_stands_at_the_limit_is_stalled_after_its_time(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -203,19 +208,23 @@ static void test_a_rotor_that_stands_at_the_limit_is_stalled_after_its_time(void
 
 static void test_a_requested_standstill_or_one_that_is_not_judged_is_not_a_stall(void)
 {
-    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, false, ~UINT32_C(0), 5000u)); /* a current */
-    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 0.4, true, ~UINT32_C(0), 5000u));   /* it holds */
-    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 8.9, LIMIT, 60.0, true, ~UINT32_C(0), 5000u)); /* not its all */
-    TEST_ASSERT_EQUAL_UINT32(0u, held_at(58.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 5000u)); /* 5 % */
-    params.stall_time = 0.0f; /* times of zero */
+    /* a current is requested, not a speed. */
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, false, ~UINT32_C(0), 5000u));
+    /* The reference is standstill. */
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 0.4, true, ~UINT32_C(0), 5000u));
+    /* The current is not at its limit. */
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 8.9, LIMIT, 60.0, true, ~UINT32_C(0), 5000u));
+    /* The speed is only 5 % too low. */
+    TEST_ASSERT_EQUAL_UINT32(0u, held_at(58.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 5000u));
+    params.stall_time = 0.0f; /* a time of zero switches the check off */
     params.speed_error_time = 0.0f;
     const motion_watch_tuning_t tuning = motion_watch_prepare(&params);
     motion_watch_take(&watch, &tuning);
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 20000u));
 }
 
-/* A heavy shaft that gains 0.5 rad/s in 0.7 s, up and down; one that gains it in 0.9 s counts as at
- * standstill while it is slow, and is no speed error. */
+/* A heavy shaft gains 0.5 rad/s in 0.7 s, accelerating or braking, and is not reported. A shaft that gains
+ * it in 0.9 s counts as standing still while it is slow, and is no speed error. */
 static void test_a_shaft_that_comes_nearer_is_not_stuck(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -233,7 +242,7 @@ static void test_a_shaft_that_comes_nearer_is_not_stuck(void)
     }
 }
 
-/* As long again below the limit as at it, and it begins again. */
+/* The time below the limit is subtracted: after as long below the limit as at it, the count is zero again. */
 static void test_time_below_the_limit_counts_back(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 900u));
@@ -241,8 +250,9 @@ static void test_time_below_the_limit_counts_back(void)
     TEST_ASSERT_EQUAL_UINT32(500u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 1000u));
 }
 
-/* A load beyond the brake: 10 A hold the shaft at 100 rad/s against 13 A of load, which gain 51 rad/s^2. It
- * passes 110.5 rad/s after 0.21 s; then it is reported within 100 ms, long before speed_error_time. */
+/* The load exceeds the braking torque: 10 A brake the shaft at 100 rad/s against a load of 13 A, which
+ * accelerates it by 51 rad/s^2. It passes 110.5 rad/s after 0.21 s; then it is reported within 100 ms,
+ * long before speed_error_time. */
 static void test_a_load_that_overruns_the_brake_is_reported_at_once(void)
 {
     omega = 100.0;
@@ -257,8 +267,8 @@ static void test_a_load_that_overruns_the_brake_is_reported_at_once(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.04, passed + 0.06, told);
 }
 
-/* A shaft that its brake slows down is not reported, at any distance from the reference; nor one that coasts,
- * nor one whose brake has torque left. */
+/* A shaft that its brake slows down is not reported, however far it is from the reference; nor is one that
+ * coasts, nor one whose brake has torque in reserve. */
 static void test_a_shaft_that_is_braked_or_coasts_overruns_nothing(void)
 {
     static const struct {
@@ -273,9 +283,10 @@ static void test_a_shaft_that_is_braked_or_coasts_overruns_nothing(void)
     }
 }
 
-/* A loop that settles after a catch, 4 exp(-t/25 ms) slower than a shaft that is braked by 17 rad/s^2: in the
- * first 50 ms its speed grows by 3.5 - 0.9 rad/s, where 0.5 rad/s count. Of the remaining 0.54 rad/s at most
- * 0.02 are left by the brake. A load that drives the shaft by 51 rad/s^2 is reported. */
+/* A loop settles after a catch: its speed is 4 exp(-t/25 ms) below that of a shaft that is braked by 17
+ * rad/s^2. In the first 50 ms the estimated speed grows by 3.5 - 0.9 rad/s, and 0.5 rad/s count. Of the
+ * remaining 0.54 rad/s the braking leaves at most 0.02. A load that accelerates the shaft by 51 rad/s^2 is
+ * reported. */
 static void test_a_speed_that_settles_after_a_catch_overruns_nothing(void)
 {
     for (int drives = 0; drives < 2; drives++) {

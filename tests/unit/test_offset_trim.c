@@ -1,5 +1,5 @@
-/* EMFs made of a turning vector and a constant: the constant is the effect of an offset, and is the result.
- */
+/* EMFs that are the sum of a rotating vector and a constant. The constant is the effect of an offset, and
+ * the trim must find it. */
 #include "medium/adapt/offset_trim.h"
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"
@@ -12,14 +12,14 @@ static const offset_trim_params_t PARAMS = {.gain = GAIN, .period = PERIOD};
 static const ab_t NONE = {0.0f, 0.0f};
 static const ab_t CURRENT = {0.8f, -0.9f}; /* 1.2 A */
 
-/* A rotor as the drive sees it. */
+/* A rotor as the drive measures it. */
 typedef struct {
     offset_trim_t trim;
-    double theta;            /* [rad] not wrapped */
-    double samples_per_turn; /* negative: backwards */
-    double amplitude;        /* of the turning EMF [V] */
+    double theta;            /* [rad], not wrapped */
+    double samples_per_turn; /* a negative number stands for the other direction */
+    double amplitude;        /* [V] amplitude of the rotating EMF */
     ab_t current;            /* [A] */
-    float omega;             /* [rad/s] input of the trim */
+    float omega;             /* [rad/s] speed that the trim receives */
 } rotor_t;
 
 static rotor_t rotor;
@@ -35,7 +35,7 @@ static float omega_of(double samples_per_turn)
     return (float)(2.0 * PI / (samples_per_turn * 1e-4));
 }
 
-/* Not turning yet; its samples lie evenly around the wrap of the angle. */
+/* The rotor does not turn yet; its samples are evenly distributed around the wrap of the angle. */
 static void start(double samples_per_turn)
 {
     memset(&rotor, 0x55, sizeof rotor);
@@ -47,7 +47,7 @@ static void start(double samples_per_turn)
     begin(&PARAMS);
 }
 
-/* 314 rad/s; five turns of 200 samples are a window. */
+/* At 314 rad/s five turns of 200 samples are a window. */
 void setUp(void)
 {
     start(200.0);
@@ -75,7 +75,7 @@ static ab_t steps(double complex constant, int32_t count)
 
 static const double complex CONSTANT = -0.31 + 0.17 * J;
 
-/* To the end of a window. Returns the number of samples. */
+/* Runs to the end of a window. Returns the number of samples. */
 static int32_t finish_window(double complex constant)
 {
     int32_t count = 0;
@@ -87,8 +87,9 @@ static int32_t finish_window(double complex constant)
     return count;
 }
 
-/* The window that a reset begins has no speed to compare with and ends without a change; the window after it
- * begins where the angle wraps, within the period of a sample, so that this constant is in it already. */
+/* The window that a reset begins has no speed to compare with and ends without a change. The window after
+ * it begins where the angle wraps, within the period of a sample, so that this constant acts in it from
+ * the begin. */
 static void begin_window_of(double complex constant)
 {
     (void)finish_window(constant);
@@ -101,8 +102,8 @@ static void begin_window(void)
     begin_window_of(CONSTANT);
 }
 
-/* Sums stay below 16 kV and round by 2^-11 V at most; 1500 such errors, of either sign, make 0.02 V, gain
- * over count of which is 7e-7 A. Three windows and a wide margin: */
+/* The sums stay below 16 kV and are rounded by at most 2^-11 V. 1500 such errors of either sign make 0.02
+ * V; multiplied by gain/count this is 7e-7 A. The limit is for three windows, with a wide margin: */
 #define ROUNDING 6e-6
 
 static void expect_offset(double complex wanted, double tolerance, ab_t offset)
@@ -127,10 +128,9 @@ static void test_finds_the_constant_of_an_emf_that_turns_either_way(void)
     }
 }
 
-/* A turn that is no whole number of samples: at most an eighth of omega T of a sample of the turning EMF
- * remains, in each of many windows, for any position of the wraps in a period. 724.98 is a motor of 20 pole
- * pairs at 41
- * r/min, whose turns take 725 samples for long and then one less. */
+/* A turn is not a whole number of samples. Each of many windows may have an error of at most an eighth of
+ * omega T of the rotating EMF, for any position of the wraps in a period. 724.98 samples per turn are a
+ * motor of 20 pole pairs at 41 r/min; most of its turns have 725 samples, and a few have one less. */
 static void test_broken_turns_leave_less_than_a_sample(void)
 {
     static const double turns[] = {20.93, 42.93, -42.93, 157.3, -333.3, 724.98, -724.98};
@@ -147,7 +147,7 @@ static void test_broken_turns_leave_less_than_a_sample(void)
     }
 }
 
-/* Slower than a turn in TRIM_WINDOW, a window is one turn: 1500 samples, 41.9 rad/s. */
+/* If a turn takes longer than TRIM_WINDOW, a window is one turn: 1500 samples, 41.9 rad/s. */
 static void test_a_slow_window_is_a_whole_turn(void)
 {
     start(1500.0);
@@ -158,7 +158,7 @@ static void test_a_slow_window_is_a_whole_turn(void)
 
 /* ---- when no result is permitted ---- */
 
-/* One window in which the trim gets these speeds at its beginning and end. */
+/* One window in which the trim receives these speeds at its beginning and end. */
 static void expect_window_of_speeds(float begin, float end, bool counts)
 {
     setUp();
@@ -169,8 +169,8 @@ static void expect_window_of_speeds(float begin, float end, bool counts)
     expect_offset(counts ? -0.05 * CONSTANT : 0.0, counts ? ROUNDING : 0.0, offset);
 }
 
-/* Too slow, or moved by more than TRIM_SPEED_DRIFT of itself, either way; 512 and half a per cent of it are
- * floats. */
+/* The speed is too low, or it changes by more than TRIM_SPEED_DRIFT of itself, in either direction. 512
+ * and 0.5 % of it are exact floats. */
 static void test_a_slow_or_changing_speed_is_left_alone(void)
 {
     const float limit = TRIM_SPEED_MIN;
@@ -188,11 +188,11 @@ static void test_a_slow_or_changing_speed_is_left_alone(void)
     }
 }
 
-/* 0.5: its square is a float; both components count: 0.71^2 + 0.71^2 > 1. */
+/* The square of 0.5 is an exact float. Both components count: 0.71^2 + 0.71^2 > 1. */
 static void test_a_small_current_is_left_alone(void)
 {
     static const struct {
-        float alpha, beta; /* of TRIM_CURRENT_MIN */
+        float alpha, beta; /* multiples of TRIM_CURRENT_MIN */
         bool counts;
     } cases[] = {{0.99f, 0.0f, false}, {0.0f, -1.0f, false}, {-1.01f, 0.0f, true},
                  {0.0f, 1.01f, true},  {0.71f, 0.71f, true}, {0.7f, -0.7f, false}};
@@ -213,8 +213,8 @@ static void test_each_component_stops_at_the_limit(void)
     const ab_t offset = steps(-4.1 + 0.9 * J, 4 * WINDOW);
     TEST_ASSERT_EQUAL_FLOAT(TRIM_LIMIT, offset.alpha);
     TEST_ASSERT_FLOAT_WITHIN(4.0f * (float)ROUNDING, -0.18f, offset.beta);
-    /* and returns from the limit at once, except for the half of a sample before the wrap: nothing has
-     * accumulated beyond it */
+    /* The trim leaves the limit at once, except for the half of a sample before the wrap: nothing has
+     * accumulated beyond the limit. */
     const ab_t back = steps(1.0 + 3.0 * J, WINDOW);
     const float half = 0.05f * 0.5f * (1.0f + 4.1f) / (float)WINDOW;
     TEST_ASSERT_FLOAT_WITHIN((float)ROUNDING, TRIM_LIMIT - 0.05f + half, back.alpha);
@@ -229,11 +229,11 @@ static void test_reset_takes_the_offset_and_forgets_the_window(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, rotor.trim.sum.alpha);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, rotor.trim.sum.beta);
     TEST_ASSERT_EQUAL_UINT32(0u, rotor.trim.count);
-    /* nor does the speed of that window count for the one that is begun */
+    /* The speed of that window does not count for the window that has begun either. */
     const ab_t offset = steps(CONSTANT, WINDOW + WINDOW / 2);
     TEST_ASSERT_EQUAL_FLOAT(0.02f, offset.alpha);
     TEST_ASSERT_EQUAL_FLOAT(-0.01f, offset.beta);
-    /* the next result is added to the earlier one */
+    /* The next result is added to the earlier one. */
     expect_offset(0.02 - 0.01 * J - 0.05 * CONSTANT, ROUNDING, steps(CONSTANT, WINDOW));
 }
 

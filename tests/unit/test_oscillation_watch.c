@@ -1,15 +1,15 @@
-/* The detection of a shaft that the speed loop makes oscillate: growing, constant and decreasing sines of the
- * torque reference, and noise. */
+/* The detection of an oscillation that the speed loop causes in a shaft: growing, constant and decreasing
+ * sines of the torque reference, and noise. */
 #include <stdlib.h>
 
 #include "medium/protect/oscillation_watch.h"
 #include "tests/unit/compare.h"
 
 #define LIMIT 5.0    /* [A] */
-#define STEP  0.8e-3 /* [s] */
+#define STEP  0.8e-3 /* [s] between two steps */
 
 static oscillation_watch_t watch;
-static double reference; /* [rad/s] of the speed */
+static double reference; /* [rad/s] reference of the speed */
 
 void setUp(void)
 {
@@ -20,8 +20,8 @@ void setUp(void)
     reference = 200.0;
 }
 
-/* When a sine of this frequency [Hz], which begins with this share of the limit and grows with this rate
- * [1/s] around 1 A, is reported [s]; 0: not in `most` [s]. */
+/* The time [s] at which the watch reports a sine around 1 A, 0 if it does not within `most` [s]. The sine
+ * has this frequency [Hz]; its amplitude begins with this share of the limit and grows at this rate [1/s]. */
 static double told(double hertz, double share, double rate, double most)
 {
     for (double t = 0.0; t < most; t += STEP) {
@@ -33,13 +33,14 @@ static double told(double hertz, double share, double rate, double most)
     return 0.0;
 }
 
-/* Three blocks of 16 half-waves, and one in which the filters settle. A swing that grows by e in 0.35 s is
- * reported before it is large; one that is small and constant or decreasing, or slower than the speed loop,
- * or beyond the band, does not count. */
+/* The watch needs three blocks of 16 half-waves, and one block in which the filters settle. A swing that
+ * grows by a factor of e in 0.35 s is reported before it is large. A swing does not count if it is small
+ * and constant or decreasing, if it is slower than the speed loop, or if it is beyond the band. */
 static void test_an_oscillation_is_reported_if_it_is_large_or_grows(void)
 {
     static const struct {
-        double hertz, share, rate, earliest, latest; /* the last two [s]; 0: never */
+        /* Earliest and latest time of the report [s]; 0: never. */
+        double hertz, share, rate, earliest, latest;
     } cases[] = {
         {15.0, 0.25, 0.0, 0.0, 2.24},  {30.0, 0.25, 0.0, 0.0, 1.12},        {50.0, 0.25, 0.0, 0.0, 0.672},
         {85.0, 0.25, 0.0, 0.0, 0.395}, {85.0, 0.003, 1.0 / 0.35, 0.2, 0.8}, {75.0, 0.04, 0.0, 0.0, 0.0},

@@ -14,7 +14,7 @@ void setUp(void)
     memset(&why, 0, sizeof why);
 }
 
-/* Paper's Table I and rig, section 2. */
+/* The paper's Table I and its test rig (section 2). */
 static void test_defaults_are_the_papers_motor_and_are_accepted(void)
 {
     TEST_ASSERT_TRUE(params_check(&params, &why));
@@ -25,9 +25,9 @@ static void test_defaults_are_the_papers_motor_and_are_accepted(void)
     TEST_ASSERT_EQUAL_FLOAT(10.0f, params.current_limit);
 }
 
-/* Every row, just below and just above its range, and not a number: refused by its own name with a range
- * within its own. A row that is stored as a whole number has no representation of NaN. Both ends belong to
- * the range: at most a rule between rows refuses them. */
+/* Each parameter is set just below and just above its range, and to a value that is not a number. It must
+ * be refused by its own name with a range within its own. (A whole number has no representation of NaN.)
+ * Both ends belong to the range: at most a rule between parameters refuses them. */
 static void test_every_row_is_refused_outside_its_range_by_name_and_takes_both_ends(void)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {
@@ -61,7 +61,7 @@ static void expect_rule(const char *field, float min, float max)
     const table_row_t *row = row_of(field);
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING(field, why.field);
-    /* what was given, in the row's unit */
+    /* The reported value is the given one, in the unit of the parameter. */
     TEST_ASSERT_FLOAT_WITHIN(1e-6f * fabsf(table_get(row, &params)), table_get(row, &params), why.value);
     TEST_ASSERT_TRUE(why.rule != NULL && strlen(why.rule) > 0);
     TEST_ASSERT_EQUAL_INT32(REASON_CROSS_RULE, why.reason);
@@ -71,7 +71,7 @@ static void expect_rule(const char *field, float min, float max)
 }
 
 #ifdef LAGLESS_ESTIMATOR_FIXED
-/* L = 1 H is within the row's range, and too much for the formats of the default motor. */
+/* L = 1 H is within the range of the parameter, and too large for the number formats of the default motor. */
 static void test_a_motor_that_does_not_fit_is_refused_by_its_row(void)
 {
     params.motor_inductance_q = 1.0f;
@@ -92,12 +92,12 @@ static void expect_accepted_at(const char *field, float limit)
 
 typedef struct {
     const char *field;
-    float good, bad, min, max; /* good NAN: no value is good */
-    const char *given;         /* other rows */
+    float good, bad, min, max; /* good is NAN if no value is accepted */
+    const char *given;         /* values of other parameters */
 } rule_t;
 
-/* The last value that is accepted and the first that is not, among rows that are given; the range in the
- * refusal, and a check that the end of it which was passed is accepted. */
+/* Among the given parameters the last accepted value and the first refused one are tested. The refusal has
+ * a range, and the end of it that was exceeded must be accepted. */
 static void check_rule(const rule_t *rule)
 {
     params_defaults(&params);
@@ -115,38 +115,44 @@ static void check_rule(const rule_t *rule)
 static const rule_t between_rows[] = {
     {"overcurrent_trip", 12.0f, 11.9f, 12.0f, 19.0f, "current_limit=10"},
     {"dc_undervoltage", 290.0f, 291.0f, 10.0f, 290.0f, "dc_overvoltage=300"},
-    /* the bands of the limits of braking and driving must not overlap */
+    /* The bands of the limits of braking and driving must not overlap. */
     {"dc_undervoltage", 239.3f, 300.0f, 10.0f, 0.95f * 320.0f / 1.27f,
      "dc_overvoltage=320 ride_through_time=0.5"},
-    /* turned off before the other switch turns on */
+    /* A switch must be off before the other switch turns on. */
     {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, "dead_time=2e-6 turn_on_delay=0.5e-6"},
     {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, "encoder_lines=256"},
-    /* 0.63 rad/(4 pole pairs x 100 us), of a motor of 0.04 Wb that does not charge the link. The observer
-     * reaches its EMF, slope by its rule. Down to estimate_speed_min, or to where 0.3 of it, the largest
-     * hand-over by rule, is a start_speed that is not. */
+    /* 0.63 rad/(4 pole pairs x 100 us), for a motor of 0.04 Wb, whose EMF does not charge the link. The
+     * observer covers its EMF with a slope by the rule. The lower end is estimate_speed_min. If
+     * start_speed is configured, the lower end is start_speed/0.3, because the largest hand-over speed by
+     * the rule is 0.3 of this parameter. */
     {"overspeed_trip", 1574.0f, 1576.0f, 3.0f, 1575.0f, FASTEST},
     {"overspeed_trip", 1574.0f, 1576.0f, 8.0f / 0.3f, 1575.0f, FASTEST "start_speed=8"},
-    /* the board's link withstands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer reaches more */
+    /* The link of the board withstands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer would
+     * cover more. */
     {"overspeed_trip", 354.8f, 355.1f, 3.0f,
      BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) / (1.7320508f * 0.183f * 4.0f), "observer_gain=295"},
-    /* a sample of half the winding's time constant: 12.5 mH/(2 x 100 us) = 62.5 ohm, 0.5 of the devices */
+    /* A sample takes at most half of the time constant of the winding: 12.5 mH/(2 x 100 us) = 62.5 ohm, of
+     * which 0.5 belong to the devices. */
     {"motor_resistance", 61.9f, 62.1f, 1e-3f, 62.0f, "device_resistance=0.5"},
-    /* slower than the loop that it is part of; a torque feed-forward requires 0.1 rad/s at least */
+    /* The cutoff is below the bandwidth of the loop to which it belongs; a torque feed-forward requires at
+     * least 0.1 rad/s. */
     {"feedforward_cutoff", 94.9f, 95.1f, 0.0f, 95.0f, "torque_feedforward=0 pll_bandwidth=100"},
     {"torque_feedforward", 0.0f, 0.5f, 0.0f, 0.0f, "feedforward_cutoff=0 pll_bandwidth=200"},
     {"start_current", 10.0f, 10.1f, 0.0f, 10.0f, ""},
-    {"estimate_speed_min", 219.9f, 220.0f, 0.0f, 220.0f, ""}, /* below the fastest */
+    {"estimate_speed_min", 219.9f, 220.0f, 0.0f, 220.0f, ""}, /* below the largest speed */
     {"estimate_speed_min", 219.9f, 221.0f, 0.0f, 220.0f, ""},
     {"low_speed_current", 10.0f, 10.1f, 0.0f, 10.0f, ""},
     {"low_speed_current", 1.5f, 2.0f, 0.0f, 1.5f, "current_limit=1.5"},
-    /* half of 220 rad/s; downwards, no less than a start_speed that is not by rule; 0, by rule, is apart */
+    /* The upper end is half of 220 rad/s. The lower end is the configured start_speed. If start_speed is
+     * 0, its value follows from a rule, and the lower end is 0. */
     {"handover_speed", 8.0f, 110.1f, 8.0f, 110.0f, "start_speed=8"},
     {"handover_speed", 0.0f, 110.1f, 0.0f, 110.0f, ""},
-    /* 15.710 rad/s by rule */
+    /* By rule it is 15.710 rad/s. */
     {"fallback_speed", 15.7f, 15.72f, 0.0f, 1.15f * 10.0f / 0.732f, ""},
     {"start_speed", 15.71f, 15.72f, 0.0f, 1.15f * 10.0f / 0.732f, ""},
     {"start_speed", 8.0f, 8.1f, 0.0f, 8.0f, "handover_speed=8"},
-    /* 0.7 1.5 0.732 Wb I/0.0636 kg m^2: 120.85 rad/s^2 with 10 A, 60.42 with 5 A */
+    /* The limit is 0.7 x 1.5 x 0.732 Wb x I/0.0636 kg m^2, which is 120.85 rad/s^2 with 10 A and 60.42
+     * rad/s^2 with 5 A. */
     {"start_ramp", 120.8f, 121.0f, 0.0f, 0.7f * 10.98f / 0.0636f, ""},
     {"start_ramp", 60.4f, 100.0f, 0.0f, 0.7f * 5.49f / 0.0636f, "start_current=5"},
 };
@@ -156,7 +162,7 @@ static void test_rules_between_rows_hold_at_their_limits(void)
     for (size_t n = 0; n < sizeof between_rows / sizeof between_rows[0]; n++) {
         check_rule(&between_rows[n]);
     }
-    /* a feed-forward that forgets its error may be fed with the torque */
+    /* A feed-forward whose error decays may receive the torque. */
     params_defaults(&params);
     set_rows(&params, "torque_feedforward=0.5 pll_bandwidth=200");
     expect_accepted_at("feedforward_cutoff", 1.0f);
@@ -164,17 +170,17 @@ static void test_rules_between_rows_hold_at_their_limits(void)
 
 #define ROUND_ROTORS_OBSERVER "mtpa=off field_weakening=off observer_gain=200 observer_slope=1"
 
-/* On the estimator L_q is 4 L_d at most, 50 mH of 12.5 mH; the fixed-point twin takes 1.2. An
- * observer with a slope of 1 and 200 V does not ring from where (1 - exp(-R T/L))/R is 12 mA/V. */
+/* On the estimator L_q is at most 4 L_d, 50 mH for 12.5 mH; the fixed-point twin accepts 1.2. An observer
+ * with a slope of 1 and 200 V does not oscillate if (1 - exp(-R T/L))/R is at most 12 mA/V. */
 static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(void)
 {
     const double resistance = 0.95 + 0.0215;
     const double x =
-        0.012 * resistance; /* its logarithm as a series, which a double of 32 bits has exactly, too */
+        0.012 * resistance; /* the logarithm as a series, which is exact with a double of 32 bits too */
     const float ringing = (float)(1e-4 / 0.012 / (1.0 + x * (1.0 / 2.0 + x * (1.0 / 3.0 + x / 4.0))));
     const float most = CHOSEN_SALIENT_MAX * 12.5e-3f;
     const rule_t on_the_estimator = {"motor_inductance_q", 0.99f * most, 1.01f * most, ringing, most,
-                                     ROUND_ROTORS_OBSERVER}; /* i_d needs more of observer_gain */
+                                     ROUND_ROTORS_OBSERVER}; /* i_d needs a larger observer_gain */
     check_rule(&on_the_estimator);
     params.motor_inductance_q = 1.01f * most;
     TEST_ASSERT_FALSE(params_check(&params, &why));
@@ -185,12 +191,12 @@ static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(v
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.encoder_fault_reaction = ENCODER_FAULT_IGNORED;
     TEST_ASSERT_TRUE(params_check(&params, &why));
-    params.encoder_fault_reaction = ENCODER_FAULT_SENSORLESS; /* leads back to the estimator */
+    params.encoder_fault_reaction = ENCODER_FAULT_SENSORLESS; /* which would use the estimator */
     expect_rule("motor_inductance_q", ringing, most);
 }
 
-/* With an L_d whose largest L_q is 6 mH, and 8.3 mH at least are needed for the observer: an encoder makes
- * room. */
+/* The largest L_q for this L_d is 6 mH, and the observer needs at least 8.3 mH: only an encoder permits
+ * this motor. */
 static void test_a_salient_rotor_is_advised_an_encoder(void)
 {
     set_rows(&params, ROUND_ROTORS_OBSERVER);
@@ -201,8 +207,8 @@ static void test_a_salient_rotor_is_advised_an_encoder(void)
     TEST_ASSERT_EQUAL_UINT32(row_of("position_source")->id, why.change);
 }
 
-/* k_s 1.25 times the EMF at overspeed_trip, 0.183 x 4 x 220 = 161.04 V; a_f = 1.6 L/(k_s T_s). A configured
- * slope keeps the gain of the observer's loop while L is learnt. */
+/* By the rules k_s is 1.25 times the EMF at overspeed_trip, 0.183 x 4 x 220 = 161.04 V, and a_f = 1.6
+ * L/(k_s T_s). A configured slope keeps the gain of the observer's loop while L is learnt. */
 static void test_the_observer_follows_motor_and_trip_where_its_rows_are_zero(void)
 {
     params_defaults(&params);
@@ -214,7 +220,7 @@ static void test_the_observer_follows_motor_and_trip_where_its_rows_are_zero(voi
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(4.0 / slope), observer.current_max);
     params.observer_gain = 400.0f;
     params.overspeed_trip = 440.0f;
-    assumed.inductance_q = 1.2f * params.motor_inductance_q; /* learnt */
+    assumed.inductance_q = 1.2f * params.motor_inductance_q; /* a learnt value */
     observer = params_observer(&params, &assumed);
     TEST_ASSERT_EQUAL_FLOAT(400.0f, observer.gain);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(1.2 * slope * 201.3 / 400.0), observer.slope);
@@ -234,8 +240,8 @@ static loop_params_t loop_of(float inertia, float current_limit)
     return params_loop(&params, &assumed);
 }
 
-/* 1.6 sqrt(p T/J), T half of what the current limit makes, K_t = 1.098 N m/A; 50 rad/s at least, 0.025 a
- * period at most; the loop is four times as quick. */
+/* The cutoff is 1.6 sqrt(p T/J), where T is half of the torque at the current limit and K_t = 1.098 N m/A;
+ * at least 50 rad/s, at most 0.025 per period. The loop has four times this bandwidth. */
 static void test_the_tracking_loop_follows_inertia_and_current_limit(void)
 {
     const loop_params_t rig = loop_of(0.0636f, 10.0f); /* 29.7 rad/s */
@@ -251,7 +257,7 @@ static void test_the_tracking_loop_follows_inertia_and_current_limit(void)
     TEST_ASSERT_FALSE(rig.slow || bare.slow || weak.slow || tiny.slow);
 }
 
-/* 0.6 of the bandwidth by the rule is enough: 328.6 rad/s for the bare motor. */
+/* A configured bandwidth of 0.6 of that by the rule is accepted: 328.6 rad/s for the bare motor. */
 static void test_a_configured_loop_is_used_and_reported_slow_below_its_share_of_the_rule(void)
 {
     static const struct {
@@ -281,8 +287,9 @@ static start_params_t start_of(void)
     return params_start(&params, &assumed);
 }
 
-/* 2.5 us/100 us of 400 V are 10 V, R I is 9.7 V; psi_f p = 0.732 V s: 1.15 10 V/0.732 V s = 15.71 rad/s, and
- * 0.4 and 0.5 of it. 15 % of 1.5 0.732 Wb 10 A/0.0636 kg m^2 is 25.9 rad/s^2. */
+/* 2.5 us/100 us of 400 V are 10 V, and R I is 9.7 V. With psi_f p = 0.732 V s the hand-over is at 1.15 x
+ * 10 V/0.732 V s = 15.71 rad/s, and the other speeds are 0.4 and 0.5 of it. The ramp is 15 % of 1.5 x
+ * 0.732 Wb x 10 A/0.0636 kg m^2, which is 25.9 rad/s^2. */
 static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
 {
     start_params_t start = start_of();
@@ -292,9 +299,9 @@ static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 6.284f, start.fallback_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 7.855f, start.catch_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-2f, 25.90f, start.ramp);
-    params.motor_resistance = 2.0f; /* R I = 2.0215 ohm 10 A */
+    params.motor_resistance = 2.0f; /* R I is 2.0215 ohm x 10 A */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 31.758f, start_of().handover_speed);
-    params.overspeed_trip = 100.0f; /* 0.3 of it at most */
+    params.overspeed_trip = 100.0f; /* at most 0.3 of it */
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 30.0f, start_of().handover_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 15.0f, start_of().catch_speed);
     params.motor_inertia = 0.003f; /* 30 rad/s within 0.3 s, not 549 rad/s^2 */
@@ -311,7 +318,7 @@ static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)
     TEST_ASSERT_EQUAL_FLOAT(25.0f, start.handover_speed);
     TEST_ASSERT_EQUAL_FLOAT(9.0f, start.fallback_speed);
     TEST_ASSERT_EQUAL_FLOAT(11.0f, start.catch_speed);
-    params.fallback_speed = 0.0f; /* 0.4 and 0.5 of the row */
+    params.fallback_speed = 0.0f; /* by rule 0.4 and 0.5 of the configured value */
     params.start_speed = 0.0f;
     TEST_ASSERT_EQUAL_FLOAT(10.0f, start_of().fallback_speed);
     TEST_ASSERT_EQUAL_FLOAT(12.5f, start_of().catch_speed);
@@ -326,11 +333,11 @@ static void test_by_rule_a_start_catches_below_its_hand_over(void)
     }
 }
 
-/* The paper's motor; every row that the estimator reads has another value than its neighbours. */
+/* The paper's motor, with a different value in each parameter that the estimator reads. */
 static void test_estimators_set_is_made_of_the_rows(void)
 {
     estimator_params_t estimator;
-    /* J is the value of the row; the observer uses L_q */
+    /* J has the configured value; the observer uses L_q. */
     set_rows(&params,
              "torque_feedforward=0.5 inertia_adaptation=off motor_inductance_d=12e-3 flux_adaptation=2 "
              "lag_compensation=printed observer_switching=sigmoid observer_emf_cutoff=1800 "
@@ -358,15 +365,15 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 2.0f, estimator.pll.amplitude_floor); /* 0.183 Wb at 11 rad/s */
     TEST_ASSERT_EQUAL_FLOAT(0.183f, estimator.flux_linkage);
     TEST_ASSERT_FLOAT_WITHIN(1e-8f, 0.5e-3f, estimator.saliency);
-    TEST_ASSERT_EQUAL_FLOAT(0.183f, estimator.flux_most); /* i_d stays at 0: nearly a round rotor */
+    TEST_ASSERT_EQUAL_FLOAT(0.183f, estimator.flux_most); /* i_d stays at 0 for an almost round rotor */
     TEST_ASSERT_EQUAL_FLOAT(2.0f, estimator.flux_adaptation);
     TEST_ASSERT_EQUAL_FLOAT(0.5f * 4.392f / 0.0636f, estimator.torque_feedforward);
     TEST_ASSERT_EQUAL_FLOAT(0.4f, estimator.validity.amplitude_min);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, estimator.validity.amplitude_max); /* 1: not judged */
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, estimator.validity.amplitude_max); /* 1 switches the check off */
     TEST_ASSERT_EQUAL_FLOAT(0.45f, estimator.validity.detector_max);
     TEST_ASSERT_EQUAL_FLOAT(3.5f, estimator.validity.current_max);
     TEST_ASSERT_EQUAL_FLOAT(10.0f, estimator.validity.speed_min);  /* electrical */
-    TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* the same */
+    TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* also electrical */
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.amplitude_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.detector_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.current_time);
@@ -378,13 +385,14 @@ static void test_estimators_set_is_made_of_the_rows(void)
 
 #define SALIENT "motor_inductance_q=20e-3 motor_inductance_d=10e-3 motor_flux_linkage=0.1 current_limit=10 "
 
-/* psi_f 0.1 Wb, D 10 mH, 10 A: i_d of most torque per ampere is -2 D I^2/(psi_f + sqrt(psi_f^2 + 8 D^2 I^2))
- * = -5 A, so that psi_a is 0.15 Wb beside 8.66 A. With p 4, 200 rad/s and J 0.01 the torque at the limit
- * is 7.794 N m, the bandwidth 6.4 sqrt(4 3.897/0.01) = 252.7 rad/s, ki its 0.403 squared, and the cutoff
- * ki/(0.6 800). */
+/* psi_f is 0.1 Wb, D 10 mH and the current 10 A. The i_d of most torque per ampere is -2 D I^2/(psi_f +
+ * sqrt(psi_f^2 + 8 D^2 I^2)) = -5 A, so that psi_a is 0.15 Wb with an i_q of 8.66 A. With p 4, 200 rad/s
+ * and J 0.01 the torque at the limit is 7.794 N m, and the bandwidth 6.4 sqrt(4 x 3.897/0.01) = 252.7
+ * rad/s. ki is the square of 0.403 times the bandwidth, and the cutoff is ki/(0.6 x 800). */
 static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
 {
-    params.position_source = POSITION_ENCODER; /* the fixed-point twin takes no such rotor without one */
+    /* Without an encoder the fixed-point twin refuses such a rotor. */
+    params.position_source = POSITION_ENCODER;
     set_rows(&params, SALIENT "motor_inertia=0.01 overspeed_trip=200 field_weakening=off");
     const assumed_t assumed = params_configured(&params);
     estimator_params_t estimator;
@@ -401,8 +409,9 @@ static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-/* The same rotor: psi_f/L_d is 10 A too, so that at any speed the weakest field takes all of the current, and
- * the active flux is psi_f + D I. At a speed that the link holds it is that of most torque per ampere. */
+/* For the same rotor psi_f/L_d is 10 A too, so that at any speed the weakest field takes all of the
+ * current, and the active flux is psi_f + D I. At a speed that the link voltage allows it is that of most
+ * torque per ampere. */
 static void test_a_weakened_field_has_more_active_flux(void)
 {
     set_rows(&params, SALIENT "overspeed_trip=20");
@@ -423,7 +432,8 @@ static void test_a_weakened_field_has_more_active_flux(void)
     TEST_ASSERT_EQUAL_FLOAT(0.1f, params_flux_most(&params, &round));
 }
 
-/* 1.5 p psi_f I of a round rotor; of the one above, -5 A and psi_a 0.15 Wb. */
+/* The torque is 1.5 p psi_f I for a round rotor; for the salient rotor above it follows from -5 A and
+ * psi_a 0.15 Wb. */
 static void test_the_most_torque_is_that_of_current_limit(void)
 {
     set_rows(&params, SALIENT);
@@ -462,7 +472,8 @@ static void test_requests_are_refused_beyond_what_the_parameters_allow(void)
     static const struct {
         const char *field;
         float value, max; /* max NAN: the value is accepted */
-    } cases[] = {{"speed_request", -209.0f, NAN}, {"speed_request", -211.2f, 209.0f}, /* 0.95 of 220 rad/s */
+        /* The limit is 0.95 of 220 rad/s. */
+    } cases[] = {{"speed_request", -209.0f, NAN}, {"speed_request", -211.2f, 209.0f},
                  {"i_q_request", 10.0f, NAN},     {"i_q_request", 10.1f, 10.0f},
                  {"i_d_request", -10.1f, 10.0f},  {"enable", 3.0f, 2.0f},
                  {"speed_request", NAN, 209.0f}};

@@ -16,8 +16,9 @@ static double draw(double least, double most)
     return least + (most - least) * (double)(seed >> 8) / 16777216.0;
 }
 
-/* y = kp e + I, limited by the controller or by a later stage; the missing part is taken from the integral
- * with ki T/kp: I' = I + ki T e + (ki T/kp) (cut y - y). Numbers up to 100 round by 4e-6 thrice a step. */
+/* The law is y = kp e + I. The output is limited by the controller or by a later stage, and the missing
+ * part is taken from the integral with ki T/kp: I' = I + ki T e + (ki T/kp) (limited y - y). Numbers up to
+ * 100 are rounded by 4e-6 three times per step. */
 static void test_runs_as_its_law_in_double_precision(void)
 {
     for (int n = 0; n < 100; n++) {
@@ -65,7 +66,7 @@ static void test_no_integral_part_stays_without(void)
 static void test_back_calculation_gain_is_capped_at_one(void)
 {
     pi_t pi;
-    /* ki T/kp = 0.99, 1, 3. */
+    /* The products ki T/kp are 0.99, 1 and 3. */
     begin(&pi, 1.0f, 9900.0f);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.99, (double)pi.tuning.back_gain);
     begin(&pi, 1.0f, 10000.0f);

@@ -1,11 +1,11 @@
 /* A rotating EMF whose angle and speed are known in double precision is given to the loop. Small deviations
- * are compared with the linear oracle (pll_oracle.h), large ones against the numbers of docs/theory.md, 21
- * and closed forms.
+ * are compared with the linear oracle (pll_oracle.h), large ones with the numbers of docs/theory.md, 21, and
+ * closed forms.
  *
- * Rounding: theta_e, its sine and the angle's increment are good to 4e-7 rad a step, which the loop (kp T >=
- * 0.005) turns into less than 1e-5 rad in the mean. An integrator that carries the whole speed (conventional
- * loop) moves only when ki T eps exceeds half of its last digit, 1.6e-5 rad/s below 512 rad/s: it may rest
- * STALL/(ki T) off. */
+ * Rounding: theta_e, its sine and the increment of the angle are accurate to 4e-7 rad per step, which the
+ * loop (kp T >= 0.005) turns into less than 1e-5 rad in the mean. An integrator that contains the whole
+ * speed (conventional loop) changes only if ki T eps exceeds half of its last digit, 1.6e-5 rad/s below
+ * 512 rad/s: it may stop STALL/(ki T) away from its goal. */
 #include "estimator/pll.h"
 #include "math/angle.h"
 #include "math/bounds.h"
@@ -47,8 +47,9 @@ static ab_t emf_at(double theta, double omega)
     return (ab_t){(float)(-PSI * omega * sin(theta)), (float)(PSI * omega * cos(theta))};
 }
 
-/* Around `speed`, turned by `direction`: angle and speed deviations in angle_in, speed_in; error_out = true
- * minus tracked, omega_out the frequency's deviation, both turned back. */
+/* Runs the loop on a rotor that turns at about `speed` in `direction`. The deviations of its angle and
+ * speed are in angle_in and speed_in. error_out receives the true minus the tracked angle, and omega_out
+ * the deviation of the frequency, both without the sign of the direction. */
 static void run(pll_t *pll, double direction, double speed, double gamma, size_t count)
 {
     for (size_t k = 0; k < count; k++) {
@@ -67,14 +68,14 @@ static void start(pll_t *pll, const pll_params_t *params, double theta, double o
     pll_reset(pll, (position_t){(float)theta, (float)omega});
 }
 
-/* Settled on a constant speed; the EMF filter, too. */
+/* A loop that has settled at a constant speed, with its EMF filter. */
 static void start_settled(pll_t *pll, const pll_params_t *params, double direction)
 {
     start(pll, params, 0.0, direction * SPEED);
     pll_reset_emf(pll, (float)(PSI * SPEED));
 }
 
-/* scale t^n/n!; a step of the angle is an impulse of the speed. */
+/* The input scale t^n/n!; a step of the angle is an impulse of the speed. */
 static void input(int n, double scale)
 {
     for (size_t k = 0; k < COUNT; k++) {
@@ -101,10 +102,11 @@ static const float LOOPS[][2] = {{100.0f, 0.0f}, {100.0f, 8.0f},  {100.0f, 25.0f
                                  {200.0f, 0.0f}, {200.0f, 50.0f}, {200.0f, 121.0f}};
 #define LOOP_COUNT (sizeof LOOPS / sizeof LOOPS[0])
 
-/* Steps of the angle, its speed, its acceleration: the linear sampled loop. sin x differs from x by x^3/6 <
- * 1e-6 below 18 mrad. F stops STALL/(omega_c T) rad/s before its goal, a step of speed that costs at most
- * 0.74 of itself over kp before the integrator has it. Speed: kp times the angle's tolerance, that stop, and
- * two last digits of 400 rad/s. */
+/* Steps of the angle, of its speed and of its acceleration, compared with the linear sampled loop. sin x
+ * differs from x by x^3/6 < 1e-6 below 18 mrad. F stops STALL/(omega_c T) rad/s before its goal. This is a
+ * step of the speed, which causes an angle error of at most 0.74 of itself divided by kp until the
+ * integrator has compensated it. The limit of the speed is kp times the tolerance of the angle, plus this
+ * remainder, plus two last digits of 400 rad/s. */
 static void test_responses_are_those_of_the_polynomials(void)
 {
     static const double scale[3] = {0.01, 1.0, 20.0};
@@ -125,9 +127,9 @@ static void test_responses_are_those_of_the_polynomials(void)
             check_below(largest_difference(omega_out, omega_expected, 0, COUNT / 2),
                         loop.kp * allowed + stop + 6e-5, "sampled, speed");
 
-            /* The continuous loop of (19), (23): sample and hold shift the response by up to T, in which the
-             * error changes by at most its largest slope: (kp + wc) step, once the step itself is over, or
-             * the ramp. */
+            /* The continuous loop of (19), (23). Sample and hold shift the response by up to T. In this
+             * time the error changes by at most its largest slope: (kp + wc) step after the step itself,
+             * or the slope of the ramp. */
             pll_oracle_continuous(&loop, order, scale[order], COUNT / 2, error_expected);
             double slope = order == 0   ? (loop.kp + loop.wc) * scale[0]
                            : order == 1 ? scale[1]
@@ -138,10 +140,10 @@ static void test_responses_are_those_of_the_polynomials(void)
     }
 }
 
-/* The paper's claim and erratum 10: an acceleration leaves a/ki in the conventional loop, nothing with the
- * feed-forward, and with a wrong speed per volt its share; third coefficient of (24): an acceleration that
- * grows by j per second leaves j/(ki omega_c). Half of the rest of the transient is over after 0.02 s; 2 s
- * leave nothing. */
+/* The paper's claim and erratum 10. An acceleration leaves an error of a/ki in the conventional loop, none
+ * with the feed-forward, and its share with a wrong speed per volt. Third coefficient of (24): an
+ * acceleration that grows by j per second leaves j/(ki omega_c). Half of the remaining transient is over
+ * after 0.02 s, all of it after 2 s. */
 static void test_errors_in_acceleration_are_the_coefficients(void)
 {
     static const struct {
@@ -171,8 +173,8 @@ static void test_errors_in_acceleration_are_the_coefficients(void)
     }
 }
 
-/* Float arithmetic of about 20 operations: 1e-5 relative, unless the root itself is a small difference (c
- * near 1). */
+/* The float arithmetic of about 20 operations has a relative error of 1e-5, unless the root itself is a
+ * small difference (c near 1). */
 static void test_designs_have_one_crossing_at_their_bandwidth(void)
 {
     static const float damping[] = {0.5f, 0.7071f, 1.0f, 2.0f, 5.0f};
@@ -206,7 +208,8 @@ static void test_impossible_designs_are_refused_and_change_nothing(void)
         TEST_ASSERT_FALSE(pll_design(&params, wanted[n][0], wanted[n][1], wanted[n][2], wanted[n][3]));
         TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
     }
-    /* Damping 1: both poles lie at 1 - wn T, stable for wn T < 2, and wn = bandwidth sqrt(sqrt(10) - 3). */
+    /* With damping 1 both poles are at 1 - wn T, stable for wn T < 2, and wn = bandwidth sqrt(sqrt(10) -
+     * 3). */
     float edge = (float)(2.0 / T / sqrt(sqrt(10.0) - 3.0));
     TEST_ASSERT_FALSE(pll_design(&params, 1.001f * edge, 1.0f, 0.0f, 1e-4f));
     TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
@@ -237,8 +240,8 @@ static void test_check_accepts_exactly_the_stable_loops(void)
     TEST_ASSERT_TRUE(good > 300 && bad > 300);
 }
 
-/* One field is outside its range at either end, or no number, and the refusal names it; the last accepted
- * values are its ends. NAN: that end is left to another rule. emf_cutoff is 0, or faster than kp. */
+/* One field is beyond either end of its range, or not a number, and the refusal names it; the ends are the
+ * last accepted values. NAN means that another rule defines that end. emf_cutoff is 0 or faster than kp. */
 static void test_check_names_the_field_that_is_out_of_range(void)
 {
 #define FIELD(member) #member, offsetof(pll_params_t, member)
@@ -275,9 +278,9 @@ static void test_check_names_the_field_that_is_out_of_range(void)
     }
 }
 
-/* eps = sin(theta - theta_hat) min(1, |e|/floor), whichever way it turns; |e| within 3e-6, plus float input.
- * Below 1e-15 V the square of the EMF underflows: the amplitude is then between zero and this value. The
- * detector is not affected, because it is divided by the floor. */
+/* eps = sin(theta - theta_hat) min(1, |e|/floor) in both directions of rotation; |e| is within 3e-6 and
+ * the rounding of the inputs. Below 1e-15 V the square of the EMF underflows, and the amplitude is between
+ * zero and this value. The detector is not affected, because it is divided by the floor. */
 static void test_detector_is_the_sine_of_the_error_at_any_amplitude(void)
 {
     pll_params_t params = design(200.0f, 0.0f);
@@ -310,10 +313,10 @@ static void check_finite(const pll_t *pll, position_t p)
     TEST_ASSERT_TRUE(fabsf(pll->integral) <= 2.0f * pll->tuning.speed_limit && isfinite(pll->omega_smooth));
 }
 
-/* Without an EMF, or with one beyond 1e15 V: the angle continues with the smooth speed, which changes only by
- * the torque's share, a T a period; the angle of period k is then late by nothing but a T^2 k/2 against the
- * parabola. angle_wrap and the products are good to 4e-7 rad a period and the speed to half its last digit,
- * 1.5e-5 rad/s, whose sum over k periods turns the angle by at most 1.5e-5 T k^2/2. */
+/* Without an EMF, or with one beyond 1e15 V, the angle continues with the smooth speed, which changes only
+ * by the share of the torque, a T per period. The angle in period k then lags the parabola only by a T^2
+ * k/2. angle_wrap and the products are accurate to 4e-7 rad per period, and the speed to half its last
+ * digit, 1.5e-5 rad/s. The sum over k periods shifts the angle by at most 1.5e-5 T k^2/2. */
 static void test_without_an_emf_it_coasts(void)
 {
     static const ab_t beyond[] = {{NAN, 0.0f}, {0.0f, -INFINITY}, {1.001e15f, 0.0f}, {0.8e15f, -0.8e15f}};
@@ -336,7 +339,8 @@ static void test_without_an_emf_it_coasts(void)
                                       (double)p.omega_e);
             TEST_ASSERT_DOUBLE_WITHIN(4e-7 * (k + 1) + 7.5e-6 * k * k * T, 0.0,
                                       circle(theta - (double)p.theta_e));
-            TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.detector); /* an error not processed by the loop is zero */
+            /* The loop has not used the error, which is shown as zero. */
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.detector);
         }
         TEST_ASSERT_TRUE(before.integral == pll.integral);
         TEST_ASSERT_EQUAL_FLOAT(pll.integral + pll.feedforward, pll.omega_smooth);
@@ -346,9 +350,9 @@ static void test_without_an_emf_it_coasts(void)
     }
 }
 
-/* A step of 10 mrad: the linear loop with the filter between detector and loop filter, y = c y + (1 - c) e.
- * At kp, the slowest that is accepted, it is still damped: nothing is left after ten time constants. sin x
- * as above. */
+/* A step of 10 mrad. In the linear loop the filter is between the detector and the loop filter, y = c y +
+ * (1 - c) e. At kp, the smallest accepted cutoff, it is still damped: the response has decayed after ten
+ * time constants. The limit for sin x is that of the test without the filter. */
 static void test_emf_filter_is_in_front_of_the_loop(void)
 {
     static const double times_kp[] = {1.0, 20.0};
@@ -359,7 +363,7 @@ static void test_emf_filter_is_in_front_of_the_loop(void)
         const double c = exp(-(double)params.emf_cutoff * T);
         pll_t pll;
         input(0, 0.01);
-        speed_in[0] = 0.0; /* the amplitude does not see the step */
+        speed_in[0] = 0.0; /* the amplitude does not depend on the step */
         start_settled(&pll, &params, 1.0);
         run(&pll, 1.0, SPEED, 1.0, 3000);
         double theta = 0.0, integral = 0.0, y = 0.0, feedforward = 0.0;
@@ -377,7 +381,8 @@ static void test_emf_filter_is_in_front_of_the_loop(void)
     }
 }
 
-/* Watched, an error of 0.1 rad is not worked off, but the filter learns it: of m periods it knows 1 - c^m. */
+/* While the loop only observes, it does not correct an error of 0.1 rad, but the filter receives it: after
+ * m periods the filter contains 1 - c^m of it. */
 static void test_watching_fills_the_filter_and_coasts(void)
 {
     pll_params_t params = design(200.0f, 0.0f);
@@ -396,7 +401,7 @@ static void test_watching_fills_the_filter_and_coasts(void)
             TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.detector);
         }
         TEST_ASSERT_EQUAL_FLOAT(smooth, pll.omega_smooth);
-        if (m == 6) { /* what is no EMF teaches nothing */
+        if (m == 6) { /* an input that is no EMF does not enter the filter */
             (void)pll_watch(&pll, (ab_t){NAN, 1.0f}, 0.0f);
             (void)pll_watch(&pll, (ab_t){0.0f, INFINITY}, 0.0f);
         }
@@ -408,8 +413,8 @@ static void test_watching_fills_the_filter_and_coasts(void)
     }
 }
 
-/* After a reset the filter starts from zero, or from a given settled value, in either
- * direction; the direction of the EMF is right at once. */
+/* After a reset the filter starts from zero or from a given settled value, in either direction. The
+ * direction of the EMF is right at once. */
 static void test_filter_starts_empty_or_settled(void)
 {
     pll_params_t params = design(200.0f, 50.0f);
@@ -432,8 +437,8 @@ static void test_filter_starts_empty_or_settled(void)
     }
 }
 
-/* F starts at the speed that the EMF shows with a wrong psi_f, and I at the rest: the loop remains locked. It
- * loses the rotor if F starts at the whole speed. */
+/* F starts at the speed that the EMF shows with a wrong psi_f, and I at the rest of the speed: the loop
+ * remains locked. It would lose the rotor if F started at the whole speed. */
 static void test_lock_with_a_wrong_psi_f_stays_locked(void)
 {
     static const double gammas[] = {1.0 / 0.75, 1.0 / 1.25};
@@ -463,7 +468,8 @@ static void test_lock_with_a_wrong_psi_f_stays_locked(void)
     }
 }
 
-/* A loop without a feed-forward has no F to split; a speed beyond the limit is cut as in a reset. */
+/* A loop without a feed-forward has no F to which a part of the speed could go; a speed beyond the limit
+ * is limited as in a reset. */
 static void test_split_of_the_speed_keeps_to_the_loop(void)
 {
     for (int n = 0; n < 2; n++) {
@@ -490,7 +496,7 @@ static void test_coasting_keeps_its_limits(void)
     }
 }
 
-/* With the angle 0.5 rad off, e_q = |e| cos 0.5 shows which of the two was taken. */
+/* With an angle error of 0.5 rad e_q = |e| cos 0.5, which shows whether e_q or |e| has been used. */
 static void test_feedforward_takes_the_signed_emf_below_its_speed(void)
 {
     static const double speed[] = {30.0, 79.9, 80.0, 80.1, -79.9, -80.0, -80.1};
@@ -524,9 +530,9 @@ static void test_sign_is_soft_around_zero_speed_and_hard_after_a_reset(void)
     }
 }
 
-/* Held off its angle without end, and pushed by an acceleration without end, it ends at the limits and comes
- * back: an I that would pass 20000 rad/s stays, as does an F that would pass 10000 rad/s, after 33 steps of
- * 300. */
+/* An angle error or an acceleration that persists without end takes the loop to its limits, from which it
+ * must return. An I that would exceed 20000 rad/s keeps its value, and so does an F that would exceed
+ * 10000 rad/s, after 33 steps of 300 rad/s. */
 static void test_limits_hold(void)
 {
     pll_params_t params = design(200.0f, 0.0f);

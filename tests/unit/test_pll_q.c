@@ -1,19 +1,19 @@
-/* The fixed-point loop's start below 20 rad/s, as test_pll.c has it of the float loop: the detector is
- *
- *     eps = -e_d s/|e|,   s = +-1 from a reset, zero counting as positive, until |w_s| has been at 20 rad/s,
- *                         from then on w_s/(20 rad/s), at most +-1 */
+/* The start of the fixed-point loop below 20 rad/s; test_pll.c has the tests of the float loop. The
+ * detector is eps = -e_d s/|e|. From a reset s is +1 or -1 (zero counts as positive) until |w_s| has
+ * reached 20 rad/s; from then on it is w_s/(20 rad/s), limited to -1 to 1. */
 #include "estimator/fixed/fixed.h"
 #include "tests/unit/compare.h"
 
 #define AMPLITUDE 10.0 /* [V] */
 
-/* A count: of a turn a period, and of U = 256 V, the power of two above k_s (formats.h). */
+/* The value of one count (formats.h). The largest speed is one turn per period; the largest voltage is
+ * U = 256 V, the power of two above k_s. */
 #define SPEED_UNIT   (2.0 * PI / 1e-4 / 2147483648.0) /* [rad/s] */
 #define VOLTAGE_UNIT (256.0 / 134217728.0)            /* [V] */
 
 static pll_q_t pll;
 
-/* The paper's motor; cutoff 0: the conventional loop [rad/s]. */
+/* The paper's motor; with a cutoff [rad/s] of 0 the loop is the conventional one. */
 static void start_at(float cutoff, double speed)
 {
     estimator_params_t params = {.smo = {.resistance = 0.95f,
@@ -32,7 +32,7 @@ static void start_at(float cutoff, double speed)
     pll_reset_q(&pll, (position_q_t){.theta_e = 0x20000000u, .omega_e = (int32_t)lrint(speed / SPEED_UNIT)});
 }
 
-/* The detector after an EMF that has its d component alone, this long. */
+/* The detector after an EMF that has only a d component of this length. */
 static double detector_of(double e_d)
 {
     const double theta = (double)(int32_t)pll.theta_e * PI / 2147483648.0;
@@ -60,7 +60,7 @@ static void test_a_slow_start_has_a_direction_and_the_whole_gain(void)
     }
 }
 
-/* Faster for a while, then slower again: the loop gains and loses ki T = 0.27 rad/s a step. */
+/* The speed rises for a while and falls again: the loop gains and loses ki T = 0.27 rad/s per step. */
 static void test_the_direction_of_a_start_ends_at_20_rad_s(void)
 {
     for (double way = -1.0; way <= 1.0; way += 2.0) {
@@ -78,7 +78,8 @@ static void test_the_direction_of_a_start_ends_at_20_rad_s(void)
     }
 }
 
-/* Without a start's direction, on the way down from above 20 rad/s; at rest the detector is gone (pll.h). */
+/* Without a direction of the start, while the speed falls from above 20 rad/s; at standstill the detector
+ * is zero (pll.h). */
 static void test_a_loop_that_turns_has_the_sign_of_its_speed(void)
 {
     for (double way = -1.0; way <= 1.0; way += 2.0) {

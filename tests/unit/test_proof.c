@@ -1,4 +1,5 @@
-/* The proof of a lock: several windows of the EMF agree, one after the other, or it fails in time. */
+/* The proof of a lock: in several successive windows the EMF agrees with the loop, or the proof fails
+ * within its time. */
 #include "medium/manoeuvre/proof.h"
 #include "tests/unit/compare.h"
 
@@ -28,7 +29,8 @@ static void given(double omega, double off, double share)
     estimate.emf_loop = (dq_t){(float)(-emf * sin(off)), (float)(emf * cos(off))};
 }
 
-/* Outcome after at most this number of periods; `taken`: the number of periods. */
+/* Runs until there is a result, for at most this number of periods; `taken` receives the number of
+ * periods. */
 static proof_outcome_t outcome(int most, int *taken)
 {
     proof_outcome_t now = PROOF_GOES_ON;
@@ -52,8 +54,8 @@ static void expect_failed(int periods)
     TEST_ASSERT_EQUAL_INT(periods, taken);
 }
 
-/* Four windows, in both directions. The tangent of the angle that is still good is 0.5: 0.464 rad. An EMF
- * shorter than half of psi_f omega, at any angle, ends the proof after three windows. */
+/* The proof needs four windows, in both directions. The largest accepted angle error has the tangent 0.5,
+ * 0.464 rad. An EMF shorter than half of psi_f omega, at any angle, ends the proof after three windows. */
 static void test_a_loop_on_the_rotor_is_good_and_another_fails_in_time(void)
 {
     static const struct {
@@ -85,7 +87,7 @@ static void test_a_window_that_does_not_agree_begins_the_count_again(void)
     expect_good(4 * WINDOW);
 }
 
-/* Two windows that deny the speed, and one that does not: the loop has its time. */
+/* Two windows contradict the speed and one does not: the proof continues until its time is over. */
 static void test_only_windows_in_succession_deny_the_speed(void)
 {
     for (int n = 0; n < MOST; n++) {
@@ -94,7 +96,7 @@ static void test_only_windows_in_succession_deny_the_speed(void)
     }
 }
 
-/* The mean of a ripple counts. */
+/* Only the mean over the window counts, so that a ripple has no effect. */
 static void test_a_ripple_within_a_window_is_no_disagreement(void)
 {
     for (int n = 0; n < 4 * WINDOW; n++) {
@@ -103,7 +105,7 @@ static void test_a_ripple_within_a_window_is_no_disagreement(void)
     }
 }
 
-/* What acted in a period that the loop coasts is in doubt, and so is its EMF. */
+/* While the loop coasts, the applied voltage is uncertain, and so is the EMF of that period. */
 static void test_periods_that_coast_do_not_count(void)
 {
     for (int n = 0; n < 8 * WINDOW; n++) {

@@ -1,5 +1,5 @@
-/* Integer arithmetic against 128-bit integers and double libm: exhaustive where the domain is small, else by
- * a dense sweep and a fixed-seed draw. */
+/* Integer arithmetic compared with 128-bit integers and the double library. Small domains are tested
+ * exhaustively, others by a dense sweep and random numbers with a fixed seed. */
 #include "math/filter_q.h"
 #include "math/frames_q.h"
 #include "math/q.h"
@@ -23,7 +23,7 @@ static uint64_t draw(void)
     return (seed >> 32) | (seed << 32);
 }
 
-/* Numbers of every size and both signs. */
+/* A random number of any size and either sign. */
 static int64_t draw_signed(void)
 {
     uint64_t bits = draw() >> (draw() % 64u);
@@ -36,7 +36,7 @@ static int32_t draw_short(void)
     return (int32_t)(draw_signed() % INT64_C(0x80000000));
 }
 
-/* floor by division, which C defines. */
+/* The floor of x/2^n by division, which C defines. */
 static int64_t floor_by_division(int64_t x, int32_t n)
 {
     int64_t divisor = INT64_C(1) << n;
@@ -122,7 +122,8 @@ static void test_upper_words_are_those_of_division(void)
     TEST_ASSERT_EQUAL_INT32(-1, q_word(-word));
 }
 
-/* Within the range the rounded value, beyond it a number of the last step of the upper word. */
+/* Within the range the result is the rounded value, beyond it a number within the last step of the upper
+ * word. */
 static void test_cut_rounds_within_and_ends_beyond(void)
 {
     for (int32_t n = 4; n <= 30; n++) {
@@ -168,7 +169,7 @@ static void test_leading_zeros_of_every_bit(void)
     }
 }
 
-/* Every first 20 bits of every size. */
+/* Tests all values of the first 20 bits at every size. */
 static void test_inverse_root_is_within_its_bound(void)
 {
     double worst = 0.0;
@@ -192,7 +193,7 @@ static void test_inverse_root_is_within_its_bound(void)
     check_below(worst_root, 2e-8, "sqrt beyond one unit");
 }
 
-/* 2e-8 of the reciprocal, and half a unit. */
+/* The limit is 2e-8 of the reciprocal, plus half a unit. */
 static void test_quotient_is_within_its_bound(void)
 {
     double worst = 0.0;
@@ -215,7 +216,7 @@ static void test_quotient_is_within_its_bound(void)
     TEST_ASSERT_EQUAL_INT32(0, quotient_q(0, reciprocal_q(2), 30));
 }
 
-/* Every 2^-16 up to 2, then every 2^-16 of its size. */
+/* Tests every 2^-16 up to 2, then steps of 2^-16 of the value. */
 static void test_tanh_ratio_is_within_its_bound(void)
 {
     double worst[3] = {0.0, 0.0, 0.0};
@@ -229,7 +230,7 @@ static void test_tanh_ratio_is_within_its_bound(void)
         double off = fmax(0.0, fabs((double)found * unit - tanh(x) / x) - 2.0 * unit) * x / tanh(x);
         int part = z < 2.0 ? 0 : (z < 64.0 ? 1 : 2);
         worst[part] = fmax(worst[part], off);
-        /* Falling, but for the parabolas' seams and the rounding. */
+        /* The ratio decreases, except for the seams of the parabolas and the rounding. */
         TEST_ASSERT_TRUE((double)found <= (double)before * (1.0 + 4e-7));
         before = found;
     }
@@ -277,7 +278,7 @@ static double apart(uint32_t a, uint32_t b)
     return fabs((double)q_signed(a - b)) * 2.0 * PI / TURN;
 }
 
-/* Vectors of every size and direction: length and first component over it. */
+/* Vectors of every size and direction: the length, and the first component divided by it. */
 static void test_direction_is_within_its_bound(void)
 {
     double worst_length = 0.0;
@@ -328,7 +329,7 @@ static void test_park_turns(void)
     dq_q_t found = frames_park_q((ab_q_t){1000000, 2000000}, angle);
     TEST_ASSERT_INT32_WITHIN(1, 1866025, found.d); /* 1e6 cos 30 + 2e6 sin 30 */
     TEST_ASSERT_INT32_WITHIN(1, 1232051, found.q); /* 2e6 cos 30 - 1e6 sin 30 */
-    /* The longest that fits: 2^30 (1 + 1)/sqrt 2 along d. */
+    /* The longest vector that fits: 2^30 (1 + 1)/sqrt 2 along d. */
     rotation_q_t eighth = trig_rotation_q(UINT32_C(0x20000000));
     const int32_t most = INT32_C(1) << 30;
     found = frames_park_q((ab_q_t){most, most}, eighth);
@@ -337,7 +338,8 @@ static void test_park_turns(void)
     TEST_ASSERT_INT32_WITHIN(4, INT32_C(-1518500250), frames_park_q((ab_q_t){-most, -most}, eighth).d);
 }
 
-/* The smallest coefficient still reaches its input, without dead zone. 1 - (1 - 2^-20)^n of 1000 counts. */
+/* Even with the smallest coefficient the filter reaches its input without a dead zone: 1 - (1 - 2^-20)^n
+ * of 1000 counts. */
 static void test_filter_has_no_dead_zone(void)
 {
     lowpass_q_t filter = {.alpha = INT32_C(1) << 11};

@@ -2,8 +2,8 @@
 
 #include "tests/unit/compare.h"
 
-/* References in the rotor's frame, from the setpoints of windows of eight periods. Powers of two where the
- * sums shall be exact. */
+/* References in the rotor's frame, from the setpoints of windows of eight periods. The values are powers
+ * of two where the sums must be exact. */
 #define W 8
 
 static reference_t reference;
@@ -24,8 +24,8 @@ void setUp(void)
     setpoint.change = (int32_t)FRAME_ANEW;
 }
 
-/* A window begins: its setpoint makes this i_q at its end at speed zero, less the part in proportion to the
- * speed. */
+/* Begins a window whose setpoint reaches this i_q (at speed zero) at the end of the window, less a part in
+ * proportion to the speed. */
 static void begin(float standing, float stiffness)
 {
     setpoint.current.q = standing;
@@ -34,7 +34,7 @@ static void begin(float standing, float stiffness)
     setpoint.change = (int32_t)FRAME_GOES_ON;
 }
 
-/* i_q of a period at this mechanical speed [rad/s]. */
+/* The i_q of a period at this mechanical speed [rad/s]. */
 static float i_q(float omega_m)
 {
     const frame_t rotor = {0.0f, 4.0f * omega_m, {0.0f, 1.0f}};
@@ -54,7 +54,7 @@ static void test_reference_reaches_the_setpoint_on_a_line_and_stays_there(void)
     TEST_ASSERT_EQUAL_FLOAT(4.0f, i_q(0.0f));
 }
 
-/* The proportional part does not wait for a window: a change of the speed acts on i_q in the same period. */
+/* The proportional part does not wait for a window: a change of the speed changes i_q in the same period. */
 static void test_i_q_falls_with_the_speed_in_the_same_period(void)
 {
     static const float speeds[] = {16.0f, 16.5f, 20.0f, 12.0f, -4.0f, 16.0f};
@@ -64,8 +64,8 @@ static void test_i_q_falls_with_the_speed_in_the_same_period(void)
     }
 }
 
-/* From a request for a current to the speed control, to a slower one, and back, at 16 rad/s: each window
- * starts from the present i_q, and ends at its setpoint. */
+/* At 16 rad/s the setpoints are those of a requested current, of the speed control with two stiffnesses,
+ * and of a requested current again. Each window starts from the present i_q and ends at its setpoint. */
 static void test_i_q_goes_on_where_the_stiffness_changes(void)
 {
     static const struct {
@@ -92,7 +92,8 @@ static void test_no_current_is_left_after_the_bridge_was_off(void)
     TEST_ASSERT_EQUAL_FLOAT(0.5f, i_q(16.0f));
 }
 
-/* Without the encoder: the loop that tracks in parallel, or a catch at the previous speed. */
+/* After the encoder has failed the drive uses the tracking loop that runs in parallel, or a catch at the
+ * previous speed. */
 static void test_an_encoder_that_fails_is_left_to_the_estimate_or_to_a_catch(void)
 {
     reference_leave_encoder(&reference, true, 77.0f, 400u);

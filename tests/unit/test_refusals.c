@@ -1,6 +1,6 @@
-/* The text of a refusal of the parameters is true: every value of the reported range is accepted for this
- * row, one number beyond it is not, and if no value is accepted, a change of the named row makes some values
- * possible. */
+/* The text of a refusal of parameters must be true. Every value of the reported range is accepted for this
+ * parameter, and a value beyond it by one float is not. If no value is accepted, a change of the named
+ * parameter makes some values possible. */
 #include "settings/reasons.h"
 #include "settings/requests.h"
 #include "tests/unit/rows.h"
@@ -15,14 +15,15 @@ void setUp(void)
     memset(&why, 0, sizeof why);
 }
 
-/* The observer of the paper's machine as values, which rules can break, in place of its rule. */
+/* The observer of the paper's machine with configured values instead of the rule, so that these values can
+ * violate the rules. */
 static void given_observer(void)
 {
     params_defaults(&params);
     set_rows(&params, "observer_gain=200 observer_slope=1");
 }
 
-/* Returns true if the row is reported again with this value. */
+/* Returns true if the parameter is reported again with this value. */
 static bool is_named_with(const params_t *set, const table_row_t *row, float value)
 {
     params_t changed = *set;
@@ -36,8 +37,8 @@ static float beyond(const table_row_t *row, float value, float towards)
     return row->kind == SLOT_FLOAT ? nextafterf(value, towards) : value + (towards > value ? 1.0f : -1.0f);
 }
 
-/* The neighbour of an end breaks a rule that reads the row: the set is refused, by this row or another one of
- * the rule. */
+/* A value just beyond an end violates a rule that reads this parameter: the set is refused because of this
+ * parameter or another one in the rule. */
 static void expect_refused_at(const params_t *set, const table_row_t *row, float value)
 {
     params_t changed = *set;
@@ -46,7 +47,8 @@ static void expect_refused_at(const params_t *set, const table_row_t *row, float
     TEST_ASSERT_FALSE_MESSAGE(params_check(&changed, &ignored), row->name);
 }
 
-/* The parts of a name are letters, digits and underscores; each with an underscore in a rule is a row. */
+/* A name consists of letters, digits and underscores; each name with an underscore in a rule must be a
+ * parameter. */
 static void expect_told_in_rows(const char *rule)
 {
     char word[64];
@@ -85,7 +87,7 @@ static void expect_true(const params_t *set)
     TEST_ASSERT_FLOAT_WITHIN_MESSAGE(1e-6f * fabsf(held), held, why.value, why.rule);
     expect_told_in_rows(why.rule);
     if (params_none_accepted(&why)) {
-        for (int n = 0; n <= 20; n++) { /* no range in either direction */
+        for (int n = 0; n <= 20; n++) { /* no direction has an accepted range */
             const float share = (float)n / 20.0f;
             expect_refused_at(set, row, table_min(row) + share * share * (table_max(row) - table_min(row)));
         }
@@ -109,7 +111,8 @@ static void expect_true(const params_t *set)
     }
 }
 
-/* One or two rows anywhere in their ranges or somewhat beyond them, the others at their defaults. */
+/* One or two parameters have random values in their ranges or somewhat beyond, the others have their
+ * defaults. */
 static void make_random_set(void)
 {
     params_defaults(&params);
@@ -137,9 +140,10 @@ static void test_every_reported_range_is_true_of_random_sets(void)
     TEST_ASSERT_TRUE(refused > 4000u / SWEEP_LONG);
 }
 
-/* Several rows of the start at once, by factors from a third to three of what they are or are made to be;
- * each in its turn then out of its range, so that it is reported for any order of the rules. The value 0 of
- * some rows is separate: between it and the told range lies what is refused. */
+/* Several parameters of the start are changed together, by factors from a third to three of their value or
+ * of the value by rule. Then each of them in turn is set out of its range, so that it is reported for any
+ * order of the rules. The value 0 of some parameters is separate: values between 0 and the reported range
+ * are refused. */
 static void test_every_reported_range_of_the_start_is_true(void)
 {
     static const struct {
@@ -176,8 +180,9 @@ static void test_every_reported_range_of_the_start_is_true(void)
     }
 }
 
-/* If a row has no permitted value, a change of the named row gives one: at its advised value, or without one
- * at an end of its range. Then the report names either another row, or this one with a range. */
+/* If a parameter has no permitted value, a change of the named parameter gives one: at its advised value,
+ * or, without one, at an end of its range. After the change the report names another parameter, or this
+ * one with a range. */
 static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
 {
     uint32_t found = 0u;
@@ -188,7 +193,7 @@ static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
             continue;
         }
         TEST_ASSERT_TRUE_MESSAGE(why.change != why.id, why.rule);
-        if (why.change == 0u) { /* two at once at least */
+        if (why.change == 0u) { /* at least two parameters must change together */
             continue;
         }
         const table_row_t *other = table_by_id(&params_table, why.change);
@@ -208,8 +213,9 @@ static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
     TEST_ASSERT_TRUE(found > 40u / SWEEP_LONG);
 }
 
-/* Every rule of the estimator that a set of rows can break, by the field that the estimator itself names, and
- * the row by which it is reported. The ranges of the rows ensure the other rules. */
+/* Every rule of the estimator that a set of parameters can violate: the field that the estimator itself
+ * names, and the parameter by which it is reported. The ranges of the parameters exclude the other
+ * violations. */
 static const struct {
     const char *field, *row, *settings;
 } broken[] = {
@@ -233,7 +239,7 @@ static const struct {
     {"speed_min", "estimate_speed_min", "estimate_speed_min=220"},
     {"speed_min", "estimate_speed_min", "estimate_speed_min=300"},
     {"period", "feedforward_cutoff",
-     "feedforward_cutoff=200 pll_bandwidth=200"}, /* no such loop: none is made */
+     "feedforward_cutoff=200 pll_bandwidth=200"}, /* such a loop does not exist */
 };
 
 static void test_every_rule_of_the_estimator_is_reported_in_rows_and_truly(void)
@@ -253,7 +259,7 @@ static void test_every_rule_of_the_estimator_is_reported_in_rows_and_truly(void)
     }
 }
 
-/* Largest EMF 0.183 Wb x 4 x 220 rad/s = 161.04 V, times 1.25: 201.3 V. */
+/* The largest EMF is 0.183 Wb x 4 x 220 rad/s = 161.04 V, which times 1.25 is 201.3 V. */
 static void test_rules_of_thumb_are_reported(void)
 {
     params.observer_gain = 100.0f;
@@ -261,14 +267,14 @@ static void test_rules_of_thumb_are_reported(void)
     TEST_ASSERT_EQUAL_UINT32(row_of("observer_gain")->id, why.change);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 201.3f, why.advice);
 
-    /* 1.6 x 12.5 mH/(200 V x 100 us) = 1/A */
+    /* 1.6 x 12.5 mH/(200 V x 100 us) = 1/A. */
     given_observer();
     params.observer_slope = 2000.0f;
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_UINT32(row_of("observer_slope")->id, why.change);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 1.0f, why.advice);
 
-    /* 4/(0.5 1/A) */
+    /* The limit is 4/(0.5 1/A). */
     params_defaults(&params);
     params.observer_slope = 0.5f;
     params.estimate_current_max = -1.0f;
@@ -277,9 +283,9 @@ static void test_rules_of_thumb_are_reported(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 8.0f, why.advice);
 }
 
-/* 300 rad/s need 1.1 x 219.6 V = 241.6 V, and for 9 mH with a slope of 1 the observer oscillates from 217 V
- * on: no gain meets both. The slope has to fall: 1.6 L/(k_s T) = 0.52459 with k_s = 1.25 x 219.6 V = 274.5 V.
- */
+/* 300 rad/s need 1.1 x 219.6 V = 241.6 V, and with 9 mH and a slope of 1 the observer oscillates from 217
+ * V on: no gain fulfils both. The slope must be reduced: 1.6 L/(k_s T) = 0.52459 with k_s = 1.25 x 219.6 V
+ * = 274.5 V. */
 static void test_a_gain_without_room_requires_another_slope(void)
 {
     given_observer();
@@ -297,8 +303,8 @@ static void test_a_gain_without_room_requires_another_slope(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-/* For a row beyond its own range the report has the range that all rules permit: 200 V/(1.1 x 0.183 Wb x 4)
- * = 248.385 rad/s. */
+/* For a parameter beyond its own range the report has the range that all rules permit: 200 V/(1.1 x 0.183
+ * Wb x 4) = 248.385 rad/s. */
 static void test_a_row_out_of_range_is_reported_with_the_range_of_the_rules(void)
 {
     given_observer();
@@ -309,7 +315,7 @@ static void test_a_row_out_of_range_is_reported_with_the_range_of_the_rules(void
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.0f, why.min);
     TEST_ASSERT_TRUE(why.min > 3.0f); /* above estimate_speed_min */
     expect_true(&params);
-    params.start_speed = 8.0f; /* and a start by rule is handed over at this speed at least */
+    params.start_speed = 8.0f; /* a start by rule has its hand-over at this speed or above */
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 8.0f / 0.3f, why.min);
     expect_true(&params);

@@ -1,8 +1,9 @@
-/* A rotor that was lost and is caught again while it turns against the request: it keeps its speed until its
- * lock has been judged, and after a second loss it is reversed in the forced frame. */
+/* A lost rotor is caught again while it turns against the requested direction. It keeps its speed until
+ * its lock has been judged; after a second loss it is reversed in the forced frame. */
 #include "tests/unit/manoeuvres_bench.h"
 
-#define JUDGED 76u /* [windows] of proving: 50 ms in which the scatter is not judged, 63, and 10 ms, 13 */
+/* [windows] of the judgement: 63 for the 50 ms in which the scatter is not judged, and 13 for 10 ms. */
+#define JUDGED 76u
 
 static void given_rotor_backwards(double wanted)
 {
@@ -21,7 +22,7 @@ static void lose_and_catch(void)
     (void)steps_until(MANOEUVRE_RUN, 0.021);
 }
 
-/* Runs at -60 rad/s; the request changes to this speed in the period in which the lock is lost. */
+/* A run at -60 rad/s; in the period in which the lock is lost the request changes to this speed. */
 static void given_relocked(double wanted)
 {
     given_rotor_backwards(-60.0);
@@ -40,16 +41,17 @@ static void test_a_relocked_rotor_against_the_request_keeps_its_speed_until_it_i
         TEST_ASSERT_DOUBLE_WITHIN(0.5, caught, machine.omega_m);
         TEST_ASSERT_DOUBLE_WITHIN(1.5, 0.0, (double)demand.current.q);
         TEST_ASSERT_EQUAL_UINT32(0u, m.reversing);
-        /* judged all the time, but for the mask of a hand-over */
+        /* The lock is judged all the time, except while a hand-over masks it. */
         TEST_ASSERT_EQUAL(m.windows > MANOEUVRE_MASKED, manoeuvres_judged(&m));
     }
     steps(0.02);
-    TEST_ASSERT_TRUE((double)demand.current.q > 5.0); /* the reversal: 120 rad/s times k_i, 475 A/s */
+    /* The reversal has begun: the error of 120 rad/s increases i_q by 475 A/s through k_i. */
+    TEST_ASSERT_TRUE((double)demand.current.q > 5.0);
     steps(0.75);
     TEST_ASSERT_TRUE(machine.omega_m > 0.0);
 }
 
-/* The scatter, by which a new lock is not judged for 50 ms, is evaluated before the reversal. */
+/* The scatter, which is not judged in the first 50 ms of a new lock, is evaluated before the reversal. */
 static void test_a_loop_that_scatters_is_lost_before_the_reversal(void)
 {
     given_relocked(60.0);
@@ -63,14 +65,15 @@ static void test_a_loop_that_scatters_is_lost_before_the_reversal(void)
     TEST_ASSERT_TRUE(machine.omega_m < -55.0);
 }
 
-/* The drive does not wait if the request has the rotor's direction, 40 rad/s times k_i, 158 A/s; with a stop;
- * with a current, which is a torque and not a speed; nor after the request has been reversed. */
+/* The drive does not wait in these cases: the request has the direction of the rotor (40 rad/s times k_i,
+ * 158 A/s); a stop is requested; a current is requested, which is a torque and not a speed; the request
+ * has changed back. */
 static void test_another_request_has_its_torque_at_once(void)
 {
     static const struct {
         double relocked_with; /* [rad/s] */
         run_wish_t wish;
-        double seconds, least, most; /* then i_q is within these [A] */
+        double seconds, least, most; /* [A] range of i_q after this time */
     } cases[] = {{-100.0, {RUN_SPEED, -100.0f, {0.0f, 0.0f}, 0.0f}, 0.0, -10.0, -1.0},
                  {60.0, {RUN_STOP, 60.0f, {0.0f, 0.0f}, 0.0f}, 0.03, 3.0, 10.0},
                  {60.0, {RUN_CURRENT, 0.0f, {0.0f, 2.0f}, 0.0f}, 3.0 * W * T, 2.0, 2.0},
@@ -84,7 +87,7 @@ static void test_another_request_has_its_torque_at_once(void)
         TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
         TEST_ASSERT_TRUE((double)demand.current.q >= cases[n].least &&
                          (double)demand.current.q <= cases[n].most);
-        if (wish.mode == RUN_CURRENT) { /* nor after another loss */
+        if (wish.mode == RUN_CURRENT) { /* another loss does not begin a proof either */
             lose_and_catch();
             TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
             TEST_ASSERT_EQUAL_FLOAT(2.0f, made.current.q);
@@ -92,7 +95,7 @@ static void test_another_request_has_its_torque_at_once(void)
     }
 }
 
-/* At the first catch no rotor was lost: it is reversed at once. */
+/* At the first catch no rotor has been lost: the reversal begins at once. */
 static void test_a_first_catch_reverses_at_once(void)
 {
     given_rotor_backwards(60.0);
@@ -109,11 +112,12 @@ static void test_a_rotor_that_was_lost_twice_is_reversed_in_the_forced_frame(voi
     TEST_ASSERT_TRUE(machine.omega_m < -55.0);
     windows(2u);
     TEST_ASSERT_TRUE(manoeuvres_forces(&m));
-    TEST_ASSERT_TRUE(m.forced.speed < 0.0f); /* it begins with the rotor's speed */
+    TEST_ASSERT_TRUE(m.forced.speed < 0.0f); /* the frame begins with the speed of the rotor */
     TEST_ASSERT_EQUAL_UINT32(2u, m.losses.count);
 }
 
-/* 11 rad/s are 44 rad/s electrical, below the hand-over: the frame of the same torque goes on from there. */
+/* 11 rad/s are 44 rad/s electrical, below the hand-over speed: the forced frame continues from there with
+ * the same torque. */
 static void test_a_relocked_rotor_slower_than_at_a_handover_goes_on_in_the_forced_frame(void)
 {
     given_rotor_backwards(-60.0);
@@ -124,7 +128,7 @@ static void test_a_relocked_rotor_slower_than_at_a_handover_goes_on_in_the_force
     TEST_ASSERT_DOUBLE_WITHIN(0.3 * 44.0, -44.0, (double)m.forced.speed);
 }
 
-/* A requested torque has no speed to which the forced frame could bring the rotor. */
+/* A requested torque defines no speed to which the forced frame could bring the rotor. */
 static void test_a_relocked_slow_rotor_with_a_requested_torque_runs_on(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -137,8 +141,8 @@ static void test_a_relocked_slow_rotor_with_a_requested_torque_runs_on(void)
     }
 }
 
-/* The encoder has failed in the fast task: the medium task follows, with the loop that tracks, or by a catch.
- */
+/* The fast task has detected that the encoder has failed; the medium task follows with the tracking loop
+ * or with a catch. */
 static void test_an_encoder_that_fails_leads_to_run_on_the_estimate_or_to_a_relock(void)
 {
     given_rotor_backwards(-60.0);

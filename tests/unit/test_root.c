@@ -1,8 +1,9 @@
-/* Against sqrt() in double precision. After the first Newton step the error is within +-6.5e-4; the second
- * leaves 1.5 times its square, centred: 3.2e-7. The roundings of the second step are three of 2^-24 in a
- * product of 1/2, one in the difference and one in the last product, 2.1e-7 if all were worst at once; that
- * they are not is what the exhaustive test is for. A factor of 4 in the argument is one of 2 in the result,
- * exactly, so that [1, 4) is representative, down to values whose products become denormal (2.4e-38). */
+/* The result is compared with sqrt() in double precision. After the first Newton step the error is within
+ * +-6.5e-4; the second step leaves 1.5 times its square, 3.2e-7 if centred. The second step is rounded
+ * five times by 2^-24: three times in a product of 1/2, once in the difference and once in the last
+ * product. The sum would be 2.1e-7 if all roundings were at their worst together; the exhaustive test
+ * shows that they are not. A factor of 4 in the argument is exactly one of 2 in the result, so that [1, 4)
+ * is representative, down to values whose products become denormal (2.4e-38). */
 #include <float.h>
 
 #include "math/root.h"

@@ -4,7 +4,7 @@
 #include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 
-/* The paper's speed control; powers of two where the sums shall be exact. */
+/* The paper's speed control. The values are powers of two where the sums must be exact. */
 static const speed_control_params_t SPEED = {
     .kp = 0.5f, .ki = 2.5f, .weight = 1.0f, .current_limit = 10.0f, .period = 1e-4f};
 
@@ -12,8 +12,8 @@ static const speed_control_params_t SPEED = {
 
 static run_t run;
 
-/* Without ramps, and without a current that is not requested; half of the current of a hand-over remains a
- * period later. */
+/* A tuning without ramps and with no current but the requested one; half of the current of a hand-over
+ * remains after a period. */
 static run_tuning_t tuning_of(const speed_control_params_t *speed)
 {
     return (run_tuning_t){.speed = speed_control_prepare(speed), .low_share = 1.0f, .fade = 0.5f};
@@ -60,22 +60,21 @@ static void test_currents_are_taken_as_requested(void)
     expect(step(RUN_CURRENT, 99.0f, 1.0f, -4.0f, -2.0f), 1.0f, -4.0f, -2.0f);
 }
 
-/* kp (ref - omega) at first; then ki T of it more in every step: 2.5e-4 A/(rad/s). */
+/* i_q begins with kp (ref - omega), and each step adds ki T (ref - omega), with ki T = 2.5e-4 A/(rad/s). */
 static void test_speed_makes_the_torque_current_and_the_request_the_other(void)
 {
     expect(step(RUN_SPEED, 12.0f, -2.0f, 7.0f, 4.0f), -2.0f, 4.0f, 12.0f);
     for (int n = 0; n < 999; n++) {
         (void)step(RUN_SPEED, 12.0f, -2.0f, 7.0f, 4.0f);
     }
-    /* a thousand sums below 2 round by 6e-8 each */
+    /* A thousand sums below 2 are rounded by 6e-8 each. */
     TEST_ASSERT_FLOAT_WITHIN(6e-5f, 4.0f + 1000.0f * 2.5e-4f * 8.0f,
                              step(RUN_SPEED, 12.0f, 0.0f, 0.0f, 4.0f).current.q);
 }
 
-/* Between two steps i_q is i_q at speed zero less a part in proportion to the speed of the period: at the
- * speed of the step its own i_q, and k_p less for each rad/s more. A requested current does not decrease with
- * the speed.
- */
+/* Between two steps i_q is a value at speed zero less a part in proportion to the present speed. At the
+ * speed of the step it is the i_q of the step, and it decreases by k_p for each rad/s more. A requested
+ * current does not decrease with the speed. */
 static void test_it_gives_the_slope_of_i_q_over_the_speed_until_the_next_step(void)
 {
     static const float weights[] = {1.0f, 0.5f, 0.0f};
@@ -95,7 +94,7 @@ static void test_it_gives_the_slope_of_i_q_over_the_speed_until_the_next_step(vo
     TEST_ASSERT_TRUE(run.i_q_standing == 0.0f && run.stiffness == 0.0f);
 }
 
-/* The torque is at a limit, not the torque that is still rising, and not a requested current. */
+/* The signal shows a torque at a limit, but not a torque that is still rising, nor a requested current. */
 static void test_a_limited_torque_is_shown_as_such(void)
 {
     run_limit(&run, -2.0f, 4.0f);
@@ -109,8 +108,8 @@ static void test_a_limited_torque_is_shown_as_such(void)
     TEST_ASSERT_EQUAL_UINT32(0u, run.limited);
 }
 
-/* The limits of heat and DC link also hold for requested currents, have two sides, and may require a current.
- */
+/* The limits of the thermal model and of the DC link apply to requested currents too. Each has two sides
+ * and may force a current. */
 static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
 {
     run_limit(&run, -2.0f, 4.0f);
@@ -121,12 +120,12 @@ static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
     run_limit(&run, -10.0f, -3.0f);
     expect(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f), 0.0f, -3.0f, 100.0f);
     expect(step(RUN_STOP, 0.0f, 0.0f, 0.0f, -100.0f), 0.0f, -3.0f, 0.0f);
-    run_enter(&run, (dq_t){6.0f, 0.0f}, 0.0f); /* in addition to the remainder of a hand-over */
+    run_enter(&run, (dq_t){6.0f, 0.0f}, 0.0f); /* in addition to the remaining current of a hand-over */
     run_limit(&run, -9.0f, 9.0f);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f).current.q);
 }
 
-/* A limit that is active for a time: the part beyond it is taken from the integral with k_i/k_p, as at
+/* While a limit is active, the part of i_q beyond it is taken from the integral with k_i/k_p, as with
  * current_limit; after half a second exp(-2.5) of 4 A is left. */
 static void test_what_a_limit_cuts_off_leaves_the_integral(void)
 {
@@ -142,7 +141,7 @@ static void test_what_a_limit_cuts_off_leaves_the_integral(void)
     TEST_ASSERT_FLOAT_WITHIN(2e-3f, 1.0f + 4.0f * 0.082085f, first);
 }
 
-/* At the reference the first torque current is the present one. */
+/* If the speed is at the reference, the first torque current is the present one. */
 static void test_from_current_to_speed_without_a_jump(void)
 {
     for (int n = 0; n < 10; n++) {
@@ -153,7 +152,7 @@ static void test_from_current_to_speed_without_a_jump(void)
     expect(step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f), 0.0f, -3.0f, 8.0f);
 }
 
-/* From a hand-over: its i_q is held and its speed is the reference, its i_d fades by a half a period. */
+/* After a hand-over i_q is held, the speed becomes the reference, and i_d decreases by half per period. */
 static void test_it_is_entered_with_the_current_that_flows(void)
 {
     (void)step(RUN_CURRENT, 0.0f, 0.0f, 5.0f, 8.0f);
@@ -165,7 +164,8 @@ static void test_it_is_entered_with_the_current_that_flows(void)
     expect(step(RUN_SPEED, 8.0f, 0.0f, 0.0f, 8.0f), 0.0f, 0.0f, 8.0f);
 }
 
-/* 1/1024 rad/s a period up and down, the quick stop's is another; 0: at once. */
+/* The ramp is 1/1024 rad/s per period upwards and downwards, and the quick stop has a ramp of its own; a
+ * ramp of 0 is a step. */
 static void test_ramps_take_the_reference_to_the_request(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);
@@ -178,7 +178,7 @@ static void test_ramps_take_the_reference_to_the_request(void)
                                 step(RUN_SPEED, 3.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
     }
     TEST_ASSERT_EQUAL_FLOAT(3.0f, step(RUN_SPEED, 3.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
-    for (int n = 1; n <= 768; n++) { /* in a quick stop the reference is standstill, for any request */
+    for (int n = 1; n <= 768; n++) { /* in a quick stop the reference is standstill, whatever is requested */
         TEST_ASSERT_EQUAL_FLOAT(3.0f - (float)n / 256.0f, step(RUN_STOP, 9.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
     }
     TEST_ASSERT_EQUAL_FLOAT(0.0f, step(RUN_STOP, 9.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
@@ -202,13 +202,13 @@ static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
     }
 }
 
-/* ---- with ramps and low-passes as the drive has them ---- */
+/* ---- with the ramps and low-passes of the drive ---- */
 
 #define T        1e-4
 #define LOW      2.0f /* low-speed current [A] */
 #define HANDOVER 60.0 /* [rad/s] electrical */
 
-/* Integral-proportional speed control; the rest of a hand-over fades with 0.1 s. */
+/* Integral-proportional speed control; the rest of a hand-over decays with 0.1 s. */
 static void begin_slow(float low_current)
 {
     const speed_control_params_t speed = {
@@ -225,7 +225,8 @@ static void begin_slow(float low_current)
     begin(&tuning);
 }
 
-/* The fading current is reduced first, so that both together are always within the longest vector. */
+/* The decaying current of the hand-over is reduced first, so that the sum never exceeds the longest
+ * vector. */
 static void test_i_q_waits_for_the_rest_of_a_hand_over(void)
 {
     begin_slow(0.0f);
@@ -233,14 +234,14 @@ static void test_i_q_waits_for_the_rest_of_a_hand_over(void)
     for (int n = 1; n <= 10000; n++) {
         const dq_t current = step(RUN_SPEED, 150.0f, 0.0f, 0.0f, 15.0f).current;
         const double length = hypot((double)current.d, (double)current.q);
-        TEST_ASSERT_TRUE(length <= 10.0 * (1.0 + 2e-3)); /* a period's fading between the two */
+        TEST_ASSERT_TRUE(length <= 10.0 * (1.0 + 2e-3)); /* the tolerance is the decay in a period */
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, 8.0 * exp(-T * n / 0.1), (double)current.d);
     }
     TEST_ASSERT_EQUAL_FLOAT(10.0f, step(RUN_SPEED, 150.0f, 0.0f, 0.0f, 15.0f).current.q);
 }
 
-/* i_d in steady state at this speed [rad/s] electrical, with this i_q, which the integral and the speed
- * keep constant. */
+/* The i_d in steady state at this electrical speed [rad/s] with this i_q, which the integral and a
+ * constant speed hold. */
 static double settled_i_d(double omega_e, float i_q)
 {
     const float omega_m = (float)omega_e / POLE_PAIRS;
@@ -253,7 +254,8 @@ static double settled_i_d(double omega_e, float i_q)
     return (double)demand.current.d;
 }
 
-/* Whole up to two hand-over speeds, then a tenth less for each until a fifth is left, from ten on. */
+/* The low-speed current is complete up to two hand-over speeds; for each further hand-over speed it
+ * decreases by a tenth until a fifth is left, from ten on. */
 static void test_low_speed_current_fills_up_what_i_q_leaves(void)
 {
     static const struct {
@@ -283,8 +285,8 @@ static void test_low_speed_current_comes_with_its_low_pass(void)
     }
 }
 
-/* The larger of the two, not their sum, and no dip between them: the part of the low-speed current that
- * already flows is not requested again. What is requested comes on top. */
+/* The larger of the two currents is used, not their sum, and there is no dip between them: the part of the
+ * low-speed current that already flows is not requested again. A requested i_d is added to it. */
 static void test_larger_of_both_is_added_to_the_request(void)
 {
     begin_slow(LOW);
@@ -298,7 +300,8 @@ static void test_larger_of_both_is_added_to_the_request(void)
     }
 }
 
-/* Beyond ten hand-over speeds a fifth is left; requested currents are not limited by this. */
+/* Beyond ten hand-over speeds a fifth of the low-speed current is left; this does not limit requested
+ * currents. */
 static void test_requested_currents_are_not_changed(void)
 {
     begin_slow(LOW);
@@ -320,8 +323,8 @@ static dq_t torque_step(float torque, float omega_m)
     return demand.current;
 }
 
-/* 0.5 A/(N m): 1.5 p psi_f of 2 N m/A. The current beyond the limit is not requested; the fast task does not
- * subtract a speed from it. */
+/* The factor is 0.5 A/(N m), since 1.5 p psi_f is 2 N m/A. A current beyond the limit is not requested.
+ * The fast task does not subtract a part in proportion to the speed. */
 static void test_a_torque_is_made_as_a_current_of_the_flux(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);
@@ -331,11 +334,12 @@ static void test_a_torque_is_made_as_a_current_of_the_flux(void)
     TEST_ASSERT_EQUAL_FLOAT(-3.0f, torque_step(-6.0f, 7.0f).q);
     TEST_ASSERT_EQUAL_FLOAT(10.0f, torque_step(99.0f, 7.0f).q);
     TEST_ASSERT_TRUE(run.i_q_standing == 10.0f && run.stiffness == 0.0f);
-    expect(step(RUN_SPEED, 7.0f, 0.0f, 0.0f, 7.0f), 0.0f, 10.0f, 7.0f); /* the speed control has followed */
+    /* The integral of the speed control has followed. */
+    expect(step(RUN_SPEED, 7.0f, 0.0f, 0.0f, 7.0f), 0.0f, 10.0f, 7.0f);
 }
 
-/* A salient rotor, D/psi_f 0.1 1/A: 1.5 p (psi_f - D i_d) i_q is the torque that is requested, and i_d that
- * of most torque per ampere beside this i_q. */
+/* A salient rotor with D/psi_f of 0.1 1/A: 1.5 p (psi_f - D i_d) i_q must be the requested torque, and i_d
+ * the one of most torque per ampere for this i_q. */
 static void test_a_torque_of_a_salient_rotor_takes_the_least_current(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);
@@ -352,7 +356,8 @@ static void test_a_torque_of_a_salient_rotor_takes_the_least_current(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, (1.0 - sqrt(1.0 + 0.04 * i_q * i_q)) / 0.2, i_d);
 }
 
-/* psi_q = 0.08 i_q/sqrt(1 + (i_q/8)^2), L_d 20 mH, psi_f 0.3 Wb: flux and its slope [Wb], [H]. */
+/* These two functions give the flux psi_q [Wb] and its slope [H]. The motor has psi_q = 0.08 i_q/sqrt(1 +
+ * (i_q/8)^2), L_d 20 mH and psi_f 0.3 Wb. */
 static double flux_q(double i_q)
 {
     return 0.08 * i_q / hypot(1.0, i_q / 8.0);
@@ -363,9 +368,9 @@ static double flux_q_slope(double i_q)
     return 0.08 / pow(hypot(1.0, i_q / 8.0), 3.0);
 }
 
-/* A q axis that saturates: the torque psi_d i_q - psi_q i_d is the requested one, and its derivative by the
- * angle of the current vector at constant length is zero. The table between its points leaves half a percent.
- */
+/* The q axis saturates. The torque psi_d i_q - psi_q i_d must be the requested one, and its derivative
+ * with respect to the angle of the current vector, at constant length, must be zero. The interpolation of
+ * the table leaves an error of 0.5 %. */
 static void test_a_torque_of_a_rotor_that_saturates_takes_the_least_current(void)
 {
     const double constant = flux_q(9.6) / 9.6; /* [H] */
@@ -401,7 +406,8 @@ static void test_a_torque_of_a_rotor_that_saturates_takes_the_least_current(void
     }
 }
 
-/* 0.25 A a step: from zero up and down; back to zero at once; through it no faster than from it. */
+/* The limit is 0.25 A per step: from zero in both directions. The return to zero is immediate, and a
+ * torque that passes zero grows from there as from zero. */
 static void test_a_torque_grows_no_faster_than_its_slew(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);
@@ -415,11 +421,12 @@ static void test_a_torque_grows_no_faster_than_its_slew(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, torque_step(0.0f, 7.0f).q);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, step(RUN_SPEED, 99.0f, 0.0f, 0.0f, 7.0f).current.q);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, run.i_q_standing - run.stiffness * 7.0f);
-    run_limit(&run, -10.0f, -3.0f); /* a full DC link does not wait */
+    run_limit(&run, -10.0f, -3.0f); /* the limits by a full DC link act at once */
     TEST_ASSERT_EQUAL_FLOAT(-3.0f, step(RUN_SPEED, 99.0f, 0.0f, 0.0f, 7.0f).current.q);
 }
 
-/* L 10 mH, psi_f 0.1 Wb, 1000 rad/s and 80 V: 0.08 Wb are less than psi_f, and take -2 A without torque. */
+/* With L 10 mH, psi_f 0.1 Wb, 1000 rad/s and 80 V the available flux is 0.08 Wb, less than psi_f: it
+ * requires -2 A even without torque. */
 static void test_beyond_the_voltage_i_d_is_below_zero(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);

@@ -1,8 +1,6 @@
-/* The q axis that saturates: its table, the estimator on exact data of such a rotor, and the i_d of most
- * torque.
- *
- * The rotor: L_d 20 mH, psi_q = 0.08 i_q/sqrt(1 + (i_q/8)^2), psi_f 0.3 Wb, and so little R that the voltage
- * is the change of the flux: u = (psi(k) - psi(k-1))/T + R i, exactly. */
+/* A q axis that saturates: its table, the estimator with exact data of such a rotor, and the i_d of most
+ * torque per ampere. The rotor has L_d 20 mH, psi_q = 0.08 i_q/sqrt(1 + (i_q/8)^2), psi_f 0.3 Wb, and a
+ * very small R. The voltage follows exactly from the change of the flux: u = (psi(k) - psi(k-1))/T + R i. */
 #include <complex.h>
 
 #include "estimator/saturation.h"
@@ -16,16 +14,16 @@
 #define FLUX    0.3
 #define CURRENT 12.0
 #define R       1e-3
-#define MIDDLE  9.6 /* [A] i_q of the constant L_q */
+#define MIDDLE  9.6 /* [A] i_q at which the constant L_q is taken */
 
-/* The drive's law. */
+/* The law of the drive. */
 static double flux_q(double i_q)
 {
     return L_0 * i_q / hypot(1.0, i_q / I_S);
 }
 
-/* Another one, of three parameters, with a rest that never saturates: psi_q = L_s i_q + (L_1 - L_s) i_q/(1 +
- * (i_q/I_1)^2). The drive's two are fitted to it: within 1 % of psi_q up to 15 A. */
+/* Another law with three parameters, part of which never saturates: psi_q = L_s i_q + (L_1 - L_s) i_q/(1 +
+ * (i_q/I_1)^2). The two parameters of the drive are fitted to it, within 1 % of psi_q up to 15 A. */
 static double flux_other(double i_q)
 {
     return i_q * (0.019 + 0.061 / (1.0 + i_q * i_q / (10.1 * 10.1)));
@@ -54,7 +52,8 @@ static void test_the_table_is_the_law_within_half_a_percent(void)
         const double i_q = 0.05 * n;
         const saturation_point_t point = saturation_at(&table, (float)i_q);
         const double held = (constant() + (double)point.excess) * i_q;
-        /* linear between points 0.94 A apart: (0.94 A)^2/8 times the largest curvature, L_0/I_s^2 */
+        /* The table is linear between points 0.94 A apart: an error of (0.94 A)^2/8 times the largest
+         * curvature, L_0/I_s^2. */
         TEST_ASSERT_DOUBLE_WITHIN(0.94 * 0.94 / 8.0 * L_0 / (I_S * I_S) * fabs(i_q) + 1e-6, flux_q(i_q),
                                   held);
     }
@@ -122,7 +121,8 @@ static void given(double speed, bool bent)
     init(&params);
 }
 
-/* One period with this current in the frame of the estimator [A]; error of the angle [mrad]. */
+/* Simulates a period with this current in the frame of the estimator [A]; returns the error of the angle
+ * [mrad]. */
 static double period(double i_d, double i_q)
 {
     const double complex next = (i_d + J * i_q) * cexp(J * (double)est.tracker.pll.theta_e);
@@ -142,7 +142,7 @@ static void locked(double i_d, double i_q)
     estimator_reset(&est, (position_t){(float)circle(theta), (float)omega}, as_float(now));
 }
 
-/* i_d of most torque at this length, by trying. */
+/* The i_d of most torque at this length of the current, found by trial. */
 static double most_torque(double current)
 {
     double most = 0.0;
@@ -157,7 +157,7 @@ static double most_torque(double current)
     return best;
 }
 
-/* The remaining error is that of the table between its points: half a percent of psi_q, over psi_a. */
+/* The remaining error is that of the interpolation: 0.5 % of psi_q, divided by psi_a. */
 static void test_right_data_leave_only_the_table(void)
 {
     static const double currents[] = {3.0, 6.0, 9.0, 12.0, 15.0};
@@ -177,8 +177,8 @@ static void test_right_data_leave_only_the_table(void)
     }
 }
 
-/* A12: the iron follows another law than the two parameters of the drive. The remaining error is that of
- * psi_q over psi_a. */
+/* The iron obeys another law than that of the drive's two parameters (line A12 of docs/salient.md). The
+ * remaining error is that of psi_q divided by psi_a. */
 static void test_two_parameters_are_enough_for_another_law(void)
 {
     flux_true = flux_other;
@@ -201,7 +201,8 @@ static void test_two_parameters_are_enough_for_another_law(void)
     check_line(worst, 25.0, "A12 another law");
 }
 
-/* The table is needed: with the constant L_q alone the error is (L_q - psi_q/i_q) i_q/psi_a, tens of mrad. */
+/* With the constant L_q alone the error is (L_q - psi_q/i_q) i_q/psi_a, tens of mrad, which shows that the
+ * table is needed. */
 static void test_without_the_table_the_error_is_that_of_the_inductance(void)
 {
     given(300.0, false);
@@ -217,8 +218,8 @@ static void test_without_the_table_the_error_is_that_of_the_inductance(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.1 * expected, expected, mean);
 }
 
-/* A step of the torque in one sample: its voltage is known on both axes. Without the part of psi_q it would
- * reach the observer as an EMF of 0.1 Wb/0.1 ms. */
+/* The torque steps within one sample, and its voltage is known on both axes. Without the part of psi_q the
+ * observer would receive an EMF of 0.1 Wb/0.1 ms. */
 static void test_a_torque_step_moves_the_angle_little(void)
 {
     given(300.0, true);
@@ -266,7 +267,7 @@ static void test_a_start_has_the_current_of_the_unsaturated_rotor(void)
 {
     const params_t params = motor();
     const assumed_t assumed = params_configured(&params);
-    /* 0.8 psi_f/(L_0 - L_d), the rotor is at standstill along the current: no i_q */
+    /* 0.8 psi_f/(L_0 - L_d), because the rotor stands along the current and i_q is zero. */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, (float)(0.8 * FLUX / (L_0 - L_D)),
                              params_start(&params, &assumed).current);
 }
@@ -285,7 +286,8 @@ static void test_a_saturation_below_the_current_limit_is_refused_with_both_rows(
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-/* L_0/L_d = 8, at 0.8 of the limit 4.9 and 3.8: the inductance at that current counts. */
+/* L_0/L_d is 8, but at 0.8 of the limit the ratios are 4.9 and 3.8: the inductance at that current
+ * decides. */
 static void test_the_ratio_that_counts_is_that_under_load(void)
 {
     params_t params = motor();

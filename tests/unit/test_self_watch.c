@@ -1,4 +1,4 @@
-/* The self-test of the processor, on memories of the test. */
+/* The self-test of the processor, with memories that belong to the test. */
 #include "app/self_watch.h"
 
 #include "tests/unit/compare.h"
@@ -11,10 +11,11 @@ static self_watch_t watch;
 
 hal_memory_t hal_memory(hal_region_t region)
 {
-    return (hal_memory_t){memories[region], WORDS - (uint32_t)region}; /* of different lengths */
+    /* The memories have different lengths. */
+    return (hal_memory_t){memories[region], WORDS - (uint32_t)region};
 }
 
-/* Calls for a whole round through the longest memory, and one more of any memory. */
+/* The number of calls for a whole round through the longest memory, plus one call that finds a change. */
 static uint32_t calls_of_a_round(void)
 {
     const uint32_t longest = WORDS > 2u * params_table.count ? WORDS : 2u * params_table.count;
@@ -47,7 +48,7 @@ static void test_nothing_is_found_where_nothing_changes(void)
     TEST_ASSERT_EQUAL_HEX32(0u, watch.found);
 }
 
-/* In two rounds at the latest: the slice may just have passed the place. */
+/* The change is found within two rounds, since the test may just have passed the place. */
 static void test_a_bit_of_any_word_of_any_memory_is_found_and_stays_found(void)
 {
     for (uint32_t region = 0; region < (uint32_t)HAL_REGIONS; region++) {

@@ -9,7 +9,7 @@ static void test_begins_not_ready_with_gates_off(void)
     go(3u * REARM, DRIVE_NOT_READY, OFF);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
-    TEST_ASSERT_EQUAL_UINT32(REARM, sequence.quiet_windows); /* and counts no further */
+    TEST_ASSERT_EQUAL_UINT32(REARM, sequence.quiet_windows); /* the count ends there */
 }
 
 static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
@@ -46,7 +46,7 @@ static void expect_refused(int32_t reason)
     TEST_ASSERT_EQUAL_INT32(reason, sequence.refusal);
 }
 
-/* Each obstacle in its turn, the gravest first. */
+/* Each obstacle of a start in turn, the most serious one first. */
 static void test_on_is_refused_with_the_reason(void)
 {
     from(DRIVE_READY);
@@ -67,7 +67,8 @@ static void test_on_is_refused_with_the_reason(void)
     expect_refused(REASON_NONE);
 }
 
-/* Sensors that have just moved: the offsets would be wrong. A current that flows is the better reason. */
+/* The sensors have just drifted, and the stored offsets would be wrong. A current that flows is the better
+ * reason. */
 static void test_a_start_waits_for_offsets_that_are_due(void)
 {
     from(DRIVE_READY);
@@ -82,8 +83,8 @@ static void test_a_start_waits_for_offsets_that_are_due(void)
     expect_refused(REASON_NONE);
 }
 
-/* A current that no gate drives: the rotor feeds the link through the diodes. The gates would give it more
- * than they can turn off. Every direction is as bad. */
+/* A current flows although no gate is on: the rotor feeds the link through the diodes. With the gates on
+ * the current could become larger than they can turn off. This holds for every direction of the current. */
 static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
 {
     for (int n = 0; n < 24; n++) {
@@ -128,12 +129,13 @@ static void test_the_latched_fault_is_not_a_later_one(void)
     input.faults = BOTH;
     steps(1);
     expect_later(OVERCURRENT);
-    sequence_fault(&sequence, REASON_BOARD_FAILED); /* is no row of the table: all that comes is later */
+    /* This reason is not in the table, so that each row that occurs is a later fault. */
+    sequence_fault(&sequence, REASON_BOARD_FAILED);
     steps(1);
     expect_later(BOTH);
 }
 
-/* Exactly so long must it be quiet: of faults or of the line, whichever was last. */
+/* No fault and no signal of the fault line may occur for exactly this time, counted from the last of them. */
 static void test_reset_needs_quiet_for_its_whole_time(void)
 {
     for (int line = 0; line < 2; line++) {
@@ -163,7 +165,7 @@ static void test_reset_needs_an_edge(void)
     go(3u * REARM, DRIVE_FAULT, OFF);
     reset_edge();
     expect_state(DRIVE_NOT_READY);
-    from(DRIVE_OPERATION_ENABLED); /* one from before the fault is none */
+    from(DRIVE_OPERATION_ENABLED); /* an edge before the fault does not count */
     requests.fault_reset = 1;
     steps(1);
     sequence_fault(&sequence, REASON_MODULE_FAULT);
@@ -173,7 +175,7 @@ static void test_reset_needs_an_edge(void)
 static void test_a_fault_reports_why_it_refuses(void)
 {
     from(DRIVE_FAULT);
-    expect_refusal(REQUEST_ON, REASON_FAULT_PRESENT); /* quiet too short */
+    expect_refusal(REQUEST_ON, REASON_FAULT_PRESENT); /* the time without faults is too short */
     steps(REARM);
     TEST_ASSERT_EQUAL_INT32(REASON_FAULT_LATCHED, sequence.refusal);
     expect_refusal(REQUEST_OFF, REASON_NONE);
@@ -197,7 +199,7 @@ static void test_a_stop_ends_in_its_fault_after_its_time_or_with_off(void)
     go_to_fault(1, REASON_SINK_WARM);
 }
 
-/* ---- what a reset that is refused says, and one that comes by itself ---- */
+/* ---- refused resets and automatic resets ---- */
 
 static void test_a_refused_reset_reports_what_is_still_there(void)
 {
@@ -208,7 +210,7 @@ static void test_a_refused_reset_reports_what_is_still_there(void)
         {true, false, false, REASON_OVERCURRENT},
         {false, true, false, REASON_SINK_WARM},
         {false, false, true, REASON_MODULE_FAULT},
-        {false, false, false, REASON_LATE}, /* has gone, but not for long enough */
+        {false, false, false, REASON_LATE}, /* the condition has ended, but not for long enough */
     };
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         from(DRIVE_FAULT);
@@ -217,7 +219,7 @@ static void test_a_refused_reset_reports_what_is_still_there(void)
         is.fault_line = cases[n].line;
         sequence.quiet_windows = 0u;
         steps(1);
-        TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_present); /* no one has asked */
+        TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_present); /* no reset has been requested */
         requests.fault_reset = 1;
         steps(1);
         expect_state(DRIVE_FAULT);
@@ -234,7 +236,7 @@ static void test_a_refused_reset_reports_what_is_still_there(void)
     }
 }
 
-/* As if in operation. */
+/* A fault of the power module as in operation. */
 static void fail_the_module(void)
 {
     sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
@@ -252,7 +254,8 @@ static void test_a_fault_of_the_module_resets_itself_so_often_and_no_more(void)
     }
     fail_the_module();
     go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
-    wish(REQUEST_OFF, 1, DRIVE_FAULT, OFF); /* who looks after it may have as many again */
+    /* After a new request the same number of retries is allowed again. */
+    wish(REQUEST_OFF, 1, DRIVE_FAULT, OFF);
     wish(REQUEST_ON, 2u * RETRY_PAUSE, DRIVE_NOT_READY, OFF);
 }
 
@@ -266,8 +269,7 @@ static void test_no_other_fault_and_no_lasting_one_resets_itself(void)
     go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
     is.fault_line = false;
     go(REARM, DRIVE_NOT_READY, OFF);
-    for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP;
-         wish += 2) { /* nor one without a request for on */
+    for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP; wish += 2) { /* no request for on */
         from(DRIVE_OPERATION_ENABLED);
         fail_the_module();
         requests.enable = wish;
@@ -291,7 +293,8 @@ static void test_retries_are_forgotten_after_a_quiet_minute(void)
 
 /* ---- a lost supply ---- */
 
-/* Gates off at once, no fault, and on again as soon as the link is there and `enable` still on. */
+/* The gates are off at once, without a fault. They turn on again as soon as the link voltage returns while
+ * `enable` is still on. */
 static void test_a_coasting_drive_comes_on_again_by_itself(void)
 {
     from(DRIVE_OPERATION_ENABLED);
@@ -307,14 +310,14 @@ static void test_a_coasting_drive_comes_on_again_by_itself(void)
     go(1, DRIVE_SWITCHED_ON, ON | BEGIN);
 }
 
-/* ---- all of it ---- */
+/* ---- every input in every state ---- */
 
-/* The states that one step may lead to, and from every state every input that there is. */
+/* The table has the states that one step may lead to; every input is tried in every state. */
 static void test_no_input_leads_to_a_forbidden_state(void)
 {
     static const bool may[6][6] = {
-        /* to: not_ready ready switched operation quick_stop fault */
-        {true, true, false, false, false, true}, /* not ready */
+        /* columns: not_ready ready switched operation quick_stop fault */
+        {true, true, false, false, false, true}, /* the drive is not ready */
         {false, true, true, false, false, true}, /* ready */
         {false, true, true, true, false, true},  /* switched on */
         {false, true, false, true, true, true},  /* operation enabled */
@@ -351,7 +354,8 @@ static void test_no_input_leads_to_a_forbidden_state(void)
                                       next == (int32_t)DRIVE_OPERATION_ENABLED ||
                                       next == (int32_t)DRIVE_QUICK_STOP,
                                   sequence_bridge_on(&sequence));
-                /* `on` alone starts, without an obstacle; no obstacle of a start stops what runs */
+                /* Only `on` without an obstacle starts the drive; an obstacle of a start does not stop a
+                 * running drive. */
                 const bool stopped = fault_set_any(input.faults) || fault_set_any(input.stops);
                 const bool obstacle = is.fault_line || is.undervoltage || is.feeding;
                 TEST_ASSERT_TRUE(state != (int32_t)DRIVE_READY || next != (int32_t)DRIVE_SWITCHED_ON ||
@@ -362,26 +366,28 @@ static void test_no_input_leads_to_a_forbidden_state(void)
                                                                     : DRIVE_QUICK_STOP,
                                             next);
                 }
-                /* out of a fault only by an edge of the reset, when all has been quiet for long enough */
+                /* The state fault ends only by an edge of the reset, after no fault has occurred for long
+                 * enough. */
                 const bool edge = requests.fault_reset != 0 && (bits >> 3 & 1u) == 0u;
                 TEST_ASSERT_TRUE(state != (int32_t)DRIVE_FAULT || next == state ||
                                  (edge && !stopped && !is.fault_line && (bits & 1u) != 0u));
-                /* off unless the bridge is on and stays so; control starts again where it comes on */
+                /* The gates are off unless the bridge is on and remains on; the control starts again when
+                 * the bridge turns on. */
                 TEST_ASSERT_EQUAL(sequence_bridge_on(&sequence), (order & ON) != 0u);
                 TEST_ASSERT_EQUAL(state == (int32_t)DRIVE_READY && next == (int32_t)DRIVE_SWITCHED_ON,
                                   (order & BEGIN) != 0u);
-                /* nothing goes on while a fault is there, and its reason is latched on the way in alone */
+                /* No state but fault follows while a fault is present, and its reason is latched only at
+                 * the entry. */
                 TEST_ASSERT_TRUE(!fault_set_any(input.faults) || next == (int32_t)DRIVE_FAULT);
                 TEST_ASSERT_EQUAL(next == (int32_t)DRIVE_FAULT && state != next,
                                   state != (int32_t)DRIVE_FAULT && sequence.fault_reason != REASON_NONE);
             }
         }
     }
-    TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
+    TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* every permitted change has occurred */
 }
 
-/* With a holding brake a motor that turns is stopped first, and the bridge stays on until the brake is set.
- */
+/* With a holding brake a turning motor is stopped first, and the bridge stays on until the brake is set. */
 static void with_brake(void)
 {
     from(DRIVE_OPERATION_ENABLED);
@@ -399,7 +405,7 @@ static void test_with_a_brake_a_stop_opens_the_bridge_only_when_it_is_set(void)
         is.standing = true;
         go(1, DRIVE_QUICK_STOP, ON);
         TEST_ASSERT_EQUAL_UINT32(1u, sequence.setting);
-        is.standing = false; /* what moves while the brake closes does not free it again */
+        is.standing = false; /* a motion while the brake closes does not release it again */
         go(20, DRIVE_QUICK_STOP, ON);
         TEST_ASSERT_EQUAL_UINT32(1u, sequence.setting);
         is.brake_free = false;

@@ -1,11 +1,11 @@
-/* The enable input of the board: without it the bridge does not come on, its loss stops the motor within 50
- * ms, and its return alone starts nothing. */
+/* The enable input of the board: without it the bridge does not turn on, its loss stops the motor within
+ * 50 ms, and its return alone does not start the motor. */
 #include <unity.h>
 
 #include "tests/unit/sequence_bench.h"
 
 #define DEBOUNCE 3u                    /* [windows] */
-#define STOP     DRIVE_WINDOWS(50e-3f) /* [windows] the longest stop after a loss */
+#define STOP     DRIVE_WINDOWS(50e-3f) /* [windows] longest stop after a loss */
 
 static void with_debounce(drive_state_t state)
 {
@@ -14,7 +14,7 @@ static void with_debounce(drive_state_t state)
     sequence.tuning.stop_windows = 100u * STOP;
 }
 
-/* The input has this level for as long as it takes to count. */
+/* The input has this level for as long as the debounce takes. */
 static void input_for(bool active, uint32_t windows)
 {
     is.not_enabled = !active;
@@ -27,7 +27,7 @@ static void lose(drive_state_t state)
     input_for(false, DEBOUNCE + 1u);
 }
 
-/* ---- coming on ---- */
+/* ---- the enable input turns on ---- */
 
 static void test_an_input_that_comes_back_starts_nothing_by_itself(void)
 {
@@ -43,7 +43,8 @@ static void test_an_input_that_comes_back_starts_nothing_by_itself(void)
     wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN);
 }
 
-/* Not even where the drive would start again by itself, after a fault of the power module. */
+/* The motor must not start even where the drive may start again without a command, after a fault of the
+ * power module. */
 static void test_an_automatic_reset_does_not_start_a_motor_whose_input_was_lost_during_this_time(void)
 {
     for (uint32_t lost = 0; lost < 2u; lost++) {
@@ -59,9 +60,9 @@ static void test_an_automatic_reset_does_not_start_a_motor_whose_input_was_lost_
     }
 }
 
-/* ---- losing it ---- */
+/* ---- the enable input turns off ---- */
 
-/* The input comes back, which does not end the stop, and is lost again. */
+/* The input returns, which does not end the stop, and is lost again. */
 static void test_a_second_loss_opens_at_once(void)
 {
     lose(DRIVE_OPERATION_ENABLED);
@@ -81,7 +82,7 @@ static void test_a_loss_in_the_users_quick_stop_ends_it_within_50_ms(void)
     go_to_fault(1, REASON_ENABLE_INPUT);
 }
 
-/* The first cause is kept. */
+/* The reported fault remains the first cause. */
 static void test_a_loss_in_a_stop_for_a_fault_opens_within_50_ms_with_that_fault(void)
 {
     with_debounce(DRIVE_OPERATION_ENABLED);
@@ -100,7 +101,7 @@ static void test_a_loss_while_the_bridge_comes_on_opens_at_once(void)
     go_to_fault(1, REASON_ENABLE_INPUT);
 }
 
-/* ---- afterwards ---- */
+/* ---- the way out of the fault ---- */
 
 static void test_after_a_loss_it_takes_a_reset_the_input_and_a_new_enable(void)
 {

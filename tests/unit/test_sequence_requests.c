@@ -1,9 +1,9 @@
-/* What a request leads to: on after a quick stop, on after a reset, and that no request stays without an
- * effect and without a refusal. */
+/* The effect of requests: on after a quick stop, on after a reset, and that every request has either an
+ * effect or a refusal. */
 #include "tests/unit/sequence_bench.h"
 
-/* This number of windows with this value of `enable`; then the machine is in this state and reports this
- * about the request. */
+/* Runs this number of windows with this value of `enable`; then the machine must be in this state and
+ * report this about the request. */
 static void ask(int32_t enable, uint32_t windows, drive_state_t state, int32_t refusal)
 {
     requests.enable = enable;
@@ -18,14 +18,14 @@ static void reset_and_expect(uint32_t windows, drive_state_t state, int32_t refu
     ask(requests.enable, windows, state, refusal);
 }
 
-/* The next calibration is good. */
+/* The next calibration succeeds. */
 static void bring_to_operation(void)
 {
     from(DRIVE_OPERATION_ENABLED);
     input.calibration = CALIBRATION_GOOD;
 }
 
-/* A fault that has gone, and is not reset yet. */
+/* A fault that has ended and is not reset yet. */
 static void bring_to_fault(void)
 {
     from(DRIVE_FAULT);
@@ -35,7 +35,7 @@ static void bring_to_fault(void)
 
 /* ---- on, and quick stop ---- */
 
-/* The stop is brought to its end, says so, and then the motor runs: `enable` is on. */
+/* The stop is completed and reported; then the motor runs, because `enable` is on. */
 static void test_on_during_a_quick_stop_names_the_stop_and_runs_after_it(void)
 {
     bring_to_operation();
@@ -66,19 +66,19 @@ static void test_a_reset_starts_nothing_while_enable_is_on(void)
 {
     bring_to_fault();
     reset_edge();
-    steps(1); /* the offsets are measured */
+    steps(1); /* until the offsets are measured */
     for (uint32_t n = 0; n < 3u * RETRY_PAUSE; n++) {
         ask(REQUEST_ON, 1u, DRIVE_READY, REASON_ENABLE_HELD);
         TEST_ASSERT_EQUAL_UINT32(OFF, order & SEQUENCE_ON);
     }
-    requests.enable = REQUEST_QUICK_STOP; /* is no off */
+    requests.enable = REQUEST_QUICK_STOP; /* a quick stop is not off */
     steps(1);
     ask(REQUEST_ON, 1u, DRIVE_READY, REASON_ENABLE_HELD);
     ask(REQUEST_OFF, 1u, DRIVE_READY, REASON_NONE);
     ask(REQUEST_ON, 1u, DRIVE_SWITCHED_ON, REASON_NONE);
 }
 
-/* Where it is off, or at quick stop, over the reset the next on starts. */
+/* If `enable` is off, or at quick stop, during the reset, the next on starts the motor. */
 static void test_enable_that_is_not_on_over_the_reset_starts_with_on(void)
 {
     for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP; wish += 2) {
@@ -90,7 +90,7 @@ static void test_enable_that_is_not_on_over_the_reset_starts_with_on(void)
     }
 }
 
-/* module_fault_retries says that the motor starts again by itself: that is its purpose. */
+/* The description of module_fault_retries states that the motor starts again without a command. */
 static void test_an_automatic_retry_starts_the_motor(void)
 {
     bring_to_operation();
@@ -112,8 +112,8 @@ static uint32_t drawn(uint32_t *seed, uint32_t below)
     return (*seed >> 16) % below;
 }
 
-/* A thousand walks of random requests, faults, links, lines and rotors: where `enable` is on and the bridge
- * is off for a while, a refusal says why. */
+/* A thousand sequences of random requests, faults, link voltages, lines and rotors: if `enable` is on and
+ * the bridge stays off for a while, a refusal states the reason. */
 static void test_on_without_bridge_and_without_refusal_does_not_last(void)
 {
     uint32_t seed = 1u;

@@ -1,6 +1,6 @@
-/* Fed with exact data of a turning machine (oracle), open loop. Float against double: current_hat of up to 15
- * A rounds by 1e-6 A, times b^-1 = 125 V/A is 1e-4 V on an EMF of 7.7 V and more: 0.02 mrad at worst in a
- * mean. */
+/* The observer is fed with exact data of a turning machine (oracle) in open loop. The error of float:
+ * current_hat of up to 15 A is rounded by 1e-6 A, which b^-1 = 125 V/A turns into 1e-4 V. On an EMF of at
+ * least 7.7 V this is at worst 0.02 mrad in a mean. */
 #include "estimator/smo.h"
 #include "tests/oracle/smo_oracle.h"
 #include "tests/unit/machines.h"
@@ -31,7 +31,7 @@ typedef struct {
 static deviation_t deviation(const smo_params_t *params, const smo_oracle_case_t *rig)
 {
     long settle = 3000;
-    long count = 6000; /* whole revolutions at 100, 500, 1000 and 1500 r/min */
+    long count = 6000; /* number of samples: whole revolutions at 100, 500, 1000 and 1500 r/min */
     double sum = 0.0;
     double squares = 0.0;
     smo_init(&smo, params);
@@ -70,7 +70,8 @@ static void test_runs_as_the_same_observer_in_double_precision(void)
             deviation_t found = deviation(&params, &rig);
             TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, 1e3 * axis.mean, found.mean);
             TEST_ASSERT_DOUBLE_WITHIN(FLOAT_MRAD, 1e3 * axis.sd, found.sd);
-            /* The mean gain ripples with the sixth harmonic of the speed behind 100 rad/s: below 1 %. */
+            /* The mean gain has a ripple of the sixth harmonic of the speed, behind a low-pass of 100
+             * rad/s: below 1 %. */
             TEST_ASSERT_DOUBLE_WITHIN(0.01 * axis.product / axis.square, axis.product / axis.square,
                                       (double)smo_equivalent_gain(&smo));
             params.switching = SMO_SIGMOID_VECTOR;
@@ -80,7 +81,7 @@ static void test_runs_as_the_same_observer_in_double_precision(void)
     }
 }
 
-/* Two steps from rest, by hand: i_hat = b (u - v), v = k_s tanh(x/2), e_hat filtered. */
+/* Two steps from zero, calculated by hand: i_hat = b (u - v), v = k_s tanh(x/2), and the filtered e_hat. */
 static void test_two_steps_by_hand(void)
 {
     double b = -expm1(-0.95 * 1e-4 / 0.0125) / 0.95;
@@ -118,7 +119,7 @@ static void test_gain_of_the_sign_is_capped(void)
     TEST_ASSERT_TRUE(emf.alpha == -200.0f && emf.beta == 200.0f);
     TEST_ASSERT_TRUE(smo.axes.gain_axis.alpha == SMO_SIGN_GAIN_MAX);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 4.0, (double)smo.axes.gain_axis.beta);
-    /* <f x>/<x x> = 0.2505/(0.0625 + 2.5e-7). */
+    /* The expected value is <f x>/<x x> = 0.2505/(0.0625 + 2.5e-7). */
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.2505 / 0.06250025, (double)smo_equivalent_gain(&smo));
 }
 
@@ -132,7 +133,8 @@ static void test_reset_is_settled(void)
         smo_reset(&smo, current, emf);
         ab_t hat = smo.current_hat;
         ab_t voltage = {0.95f * hat.alpha + emf.alpha, 0.95f * hat.beta + emf.beta};
-        /* tanh to 1e-6 relative and the same on the way back: 2e-4 V; gain stays too. */
+        /* tanh and its inverse have a relative error of 1e-6 each: 2e-4 V. The gain does not change
+         * either. */
         float gain = smo_equivalent_gain(&smo);
         for (int n = 0; n < 50; n++) {
             ab_t result = smo_step(&smo, voltage, current);
@@ -141,7 +143,7 @@ static void test_reset_is_settled(void)
             TEST_ASSERT_FLOAT_WITHIN(1e-5f, gain, smo_equivalent_gain(&smo));
         }
     }
-    /* tanh(x/2) = 0.3 and -0.485 on the axes. */
+    /* The values of tanh(x/2) are 0.3 and -0.485 on the axes. */
     smo_init(&smo, &PAPER);
     smo_reset(&smo, current, emf);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 2.0 * atanh(0.3), (double)smo.current_err.alpha);
@@ -151,7 +153,7 @@ static void test_reset_is_settled(void)
 static void test_reset_inverts_up_to_99_percent_and_stays_bounded_beyond(void)
 {
     smo_reset(&smo, (ab_t){0.0f, 0.0f}, (ab_t){197.8f, 0.0f});
-    /* Near the end the inverse is steep: 1e-6 of tanh is 1e-6/(1 - 0.98) of its argument. */
+    /* Near its limit the inverse is steep: an error of 1e-6 in tanh is 1e-6/(1 - 0.98) in its argument. */
     TEST_ASSERT_DOUBLE_WITHIN(2e-4, 2.0 * atanh(0.989), (double)smo.current_err.alpha);
     smo_reset(&smo, (ab_t){0.0f, 0.0f}, (ab_t){1000.0f, -1000.0f});
     TEST_ASSERT_TRUE(smo.emf_hat.alpha > 190.0f && smo.emf_hat.alpha < 200.001f);
@@ -186,8 +188,7 @@ static void test_bad_sample_is_rejected(void)
             TEST_ASSERT_EQUAL_MEMORY(&before, &smo, sizeof smo);
         }
     }
-    /* SMO_ERROR_LIMIT, 1e6 A, from a zero state: the error is minus the current, and may be as long as the
-     * limit. */
+    /* From the zero state the error is minus the current; it may be as long as SMO_ERROR_LIMIT, 1e6 A. */
     const ab_t none = {0.0f, 0.0f};
     float error_square;
     smo_init(&smo, &PAPER);
@@ -220,7 +221,7 @@ static void test_params_check_names_field_value_and_range(void)
             TEST_ASSERT_TRUE(m == 2 ? isnan(why.value) : why.value == bad[m]);
             TEST_ASSERT_TRUE(why.min == rows[n].min && why.max == rows[n].max);
         }
-        /* At the limits: this rule holds, at most a later cross-rule refuses. */
+        /* At its limits this rule holds; at most a later rule between fields refuses. */
         for (int m = 0; m < 2; m++) {
             smo_params_t params = PAPER;
             float limit = m == 0 ? rows[n].min : rows[n].max;
@@ -239,7 +240,7 @@ static void test_params_check_refuses_too_much_loop_gain(void)
 {
     params_error_t why;
     double b = -expm1(-0.95 * 1e-4 / 0.0125) / 0.95;
-    float largest = (float)(1.2 / (b * 0.5)); /* 301.1 V */
+    float largest = (float)(1.2 / (b * 0.5)); /* the limit is 301.1 V */
     smo_params_t params = with(SMO_SIGMOID_VECTOR, largest * 0.99999f, 0.0f);
     TEST_ASSERT_TRUE(smo_params_check(&params, &why));
     params.gain = largest * 1.00001f;
@@ -249,6 +250,6 @@ static void test_params_check_refuses_too_much_loop_gain(void)
     params.gain = why.max;
     TEST_ASSERT_TRUE(smo_params_check(&params, &why));
     params.gain = 2.0f * largest;
-    params.switching = SMO_SIGN; /* no slope, no such limit */
+    params.switching = SMO_SIGN; /* without a slope this limit does not exist */
     TEST_ASSERT_TRUE(smo_params_check(&params, &why));
 }

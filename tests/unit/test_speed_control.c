@@ -2,7 +2,7 @@
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"
 
-/* The paper's gains and limit, section 2. */
+/* The paper's gains and limit (section 2). */
 static const speed_control_params_t PARAMS = {
     .kp = 0.5f, .ki = 2.5f, .weight = 1.0f, .current_limit = 10.0f, .period = 1e-4f};
 
@@ -25,7 +25,7 @@ static void begin_weighed(speed_control_t *control, float weight)
     begin_with(control, &params);
 }
 
-/* With all of the limit. */
+/* A step with the whole current limit. */
 static float step(speed_control_t *control, float omega_m_ref, float omega_m)
 {
     return speed_control_step(control, omega_m_ref, omega_m, -control->current_limit, control->current_limit);
@@ -58,9 +58,10 @@ static void test_integral_follows_the_limit_while_it_holds(void)
 {
     speed_control_t control;
     begin(&control);
-    /* I = limit (1 - (1 - ki T/kp)^n) whatever the error: a time constant kp/ki = 0.2 s. kp e = 70 A rounds
-     * by 4e-6 in the shortfall, remembered for 2000 steps of weight 1/2000; the sum itself rounds by 5e-7 for
-     * as many. */
+    /* I = limit (1 - (1 - ki T/kp)^n) for any error: a time constant of kp/ki = 0.2 s. The permitted
+     * difference of 1.1e-3 A is for rounding. In each step the part of kp e = 70 A beyond the limit is
+     * rounded by 4e-6 A, of which the integral takes 1/2000; and the sum itself is rounded by 5e-7 A.
+     * These errors add up over 2000 steps. */
     for (int n = 1; n <= 10000; n++) {
         TEST_ASSERT_TRUE(step(&control, 157.0f, 17.0f) == 10.0f);
         TEST_ASSERT_DOUBLE_WITHIN(1.1e-3, 10.0 * (1.0 - pow(1.0 - 5e-4, n)), (double)control.pi.integral);
@@ -69,7 +70,7 @@ static void test_integral_follows_the_limit_while_it_holds(void)
     TEST_ASSERT_TRUE(step(&control, 157.0f, 157.5f) < 10.0f);
 }
 
-/* kp (b ref - omega): 0.5 (b 10 - 4). */
+/* The step of the output is kp (b ref - omega) = 0.5 (b 10 - 4). */
 static void test_weight_is_the_references_share_of_the_proportional_part(void)
 {
     static const float weights[] = {0.0f, 0.25f, 0.5f, 1.0f};
@@ -77,13 +78,13 @@ static void test_weight_is_the_references_share_of_the_proportional_part(void)
         speed_control_t control;
         begin_weighed(&control, weights[k]);
         TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.5f * (weights[k] * 10.0f - 4.0f), step(&control, 10.0f, 4.0f));
-        begin_weighed(&control, weights[k]); /* the response to a load is the same */
+        begin_weighed(&control, weights[k]); /* the response to a load does not depend on the weight */
         (void)step(&control, 0.0f, 0.0f);
         TEST_ASSERT_FLOAT_WITHIN(1e-6f, -2.0f, step(&control, 0.0f, 4.0f));
     }
 }
 
-/* Near the reference the output does not change with gain and weight; sums of 157 round by 2e-5. */
+/* Near the reference the output does not change with gain and weight; sums of 157 are rounded by 2e-5. */
 static void test_new_gains_are_bumpless_at_the_reference(void)
 {
     for (unsigned k = 0; k < 8; k++) {
@@ -99,9 +100,9 @@ static void test_new_gains_are_bumpless_at_the_reference(void)
     }
 }
 
-/* Without a proportional reference the integral holds, however long, what it gains in 10 ms above the
- * limit: 2.5 x 137 x 10 ms = 3.425 A. A speed above the reference first reduces the current: 10 rad/s are 5
- * A. */
+/* Without a proportional part of the reference the integral exceeds the limit, for any duration, by at
+ * most what it gains in 10 ms: 2.5 x 137 x 10 ms = 3.425 A. A speed above the reference reduces the
+ * current at once: 10 rad/s are 5 A. */
 static void test_without_weight_the_limit_leaves_nothing_to_unwind(void)
 {
     speed_control_t control;
@@ -115,11 +116,8 @@ static void test_without_weight_the_limit_leaves_nothing_to_unwind(void)
 
 /* ---- on an inertia ---- */
 
-/* With the setpoint weight b, i_q = kp (b omega_ref - omega) + I, the loop on an inertia J/K_t is
- *
- *     omega/omega_ref = (b kp s + ki) c/(s^2 + kp c s + ki c),   c = K_t/J
- *
- * whose poles b does not move. */
+/* With the setpoint weight b, i_q = kp (b omega_ref - omega) + I, the loop with an inertia J/K_t is
+ * omega/omega_ref = (b kp s + ki) c/(s^2 + kp c s + ki c), c = K_t/J. b does not change its poles. */
 #define T  1e-4
 #define C  17.26 /* K_t/J [rad/s^2 per A]: 1.098 N m/A on 0.0636 kg m^2 */
 #define KP 0.8277
@@ -131,7 +129,7 @@ static void begin_loop(speed_control_t *control, double weight, float limit)
     begin_with(control, &params);
 }
 
-/* Step answer of the loop in closed form: residues of the two poles. */
+/* The step response of the loop in closed form, from the residues of the two poles. */
 static double answer(double weight, double t)
 {
     const double complex root = J * sqrt(KI * C - KP * KP * C * C / 4.0);
@@ -140,11 +138,12 @@ static double answer(double weight, double t)
     return 1.0 + 2.0 * creal(residue * cexp(s * t));
 }
 
-/* Held for a period, the answer is half a period late: 0.5e-4 of the poles' 14 1/s. */
+/* The output is held for a period, so that the response is half a period late: 0.5e-4 s times the 14 1/s
+ * of the poles. */
 static void test_loop_answers_a_step_as_its_transfer_function(void)
 {
     static const double weights[] = {0.0, 0.5, 1.0};
-    static const double beyond[] = {0.0043, 0.05, 0.3}; /* no more than this; exp(-pi sqrt 3) with b = 0 */
+    static const double beyond[] = {0.0043, 0.05, 0.3}; /* largest overshoot: exp(-pi sqrt 3) for b = 0 */
     double peaks[3] = {0.0};
     for (int n = 0; n < 3; n += SWEEP_FEW) {
         speed_control_t control;
@@ -163,9 +162,9 @@ static void test_loop_answers_a_step_as_its_transfer_function(void)
     TEST_ASSERT_TRUE(SWEEP_FEW != 1 || (peaks[0] < peaks[1] && peaks[1] < peaks[2]));
 }
 
-/* It leaves the limit where the integral's raise no longer makes up for the speed's, ki e = kp c limit, e =
- * 3 limit/kp = 36.2 rad/s; from there e = exp(-a t) (36.2 cos(b t) + 20.9 sin(b t)), a = kp c/2, b = a/sqrt
- * 3: 0.225 rad/s beyond. */
+/* The output leaves the limit where the rise of the integral no longer compensates the rise of the speed:
+ * ki e = kp c limit, e = 3 limit/kp = 36.2 rad/s. From there e = exp(-a t) (36.2 cos(b t) + 20.9 sin(b t))
+ * with a = kp c/2, b = a/sqrt 3: an overshoot of 0.225 rad/s. */
 static void test_step_that_needs_the_limit_does_not_run_past(void)
 {
     speed_control_t control;

@@ -1,6 +1,6 @@
-/* A current sensor with a constant output while the control requests another current: sensors of 20 A, so
- * that 1 A is off, 3
- * A is far and 0.15 A is almost none. */
+/* A current sensor has a constant output while the control requests another current. The sensors have a
+ * range of 20 A, so that a difference of 1 A counts as wrong, one of 3 A as far, and a current below 0.15
+ * A as almost none. */
 #include "fast/protect/still_watch.h"
 
 #include "unity.h"
@@ -9,13 +9,13 @@
 
 static still_watch_t watch;
 static still_watch_tuning_t tuning;
-static bool limited;  /* control has not got the voltage that it requested */
+static bool limited;  /* the control has not got the voltage that it requested */
 static float u_dc;    /* [V] */
-static ab_t voltage;  /* [V] that acts */
+static ab_t voltage;  /* [V] voltage that acts */
 static float omega_e; /* [rad/s] */
 static float apart;   /* [A] sum of the three values */
 
-/* 12 mH: 2/3 of 72 V moves 0.4 A in 100 us, 2 % of the range. */
+/* With 12 mH, 2/3 of 72 V changes the current by 0.4 A in 100 us, 2 % of the range. */
 static still_watch_tuning_t prepared(bool three_sensors, bool judged)
 {
     const still_watch_params_t params = {.range = RANGE,
@@ -56,9 +56,8 @@ static bool step(float a, float b, float asked_a)
     return stuck;
 }
 
-/* This number of periods in which a stays although its request differs by `miss`, while b moves; the period
- * in which it is stuck,
- * 0: it is not. */
+/* For this number of periods a stays constant although its request differs by `miss`, while b moves.
+ * Returns the period in which a is reported as stuck, 0 if it is not. */
 static unsigned stuck_after(float a, float b, float miss, unsigned periods)
 {
     (void)step(a + 1.0f, b, a + miss);
@@ -70,9 +69,9 @@ static unsigned stuck_after(float a, float b, float miss, unsigned periods)
     return 0u;
 }
 
-/* The first sample moves, three stay, and in the third and the three after it the value is off. Almost no
- * current in a phase, its own or another: the difference must be large, and last longer. At the limit of the
- * voltage a current moves as slowly as the link makes it. */
+/* The value changes with the first sample and stays for three; in the third of these, and in the three
+ * after it, it is wrong. If almost no current flows in this phase or another, the difference must be large
+ * and last longer. If the voltage is at its limit, a current may change as slowly as the link allows. */
 static void test_a_constant_value_that_differs_from_the_request_is_stuck(void)
 {
     static const struct {
@@ -118,7 +117,8 @@ static void test_a_code_that_moves_begins_again(void)
     }
 }
 
-/* A current that was constant for long, and a step of the reference, which shows in the third sample. */
+/* A current has been constant for long; then its reference steps, and the current changes in the third
+ * sample. */
 static void test_a_step_of_the_reference_is_not_a_stuck_sensor(void)
 {
     for (unsigned n = 0; n < 100u; n++) {
@@ -130,9 +130,9 @@ static void test_a_step_of_the_reference_is_not_a_stuck_sensor(void)
 }
 
 /* Sensor a stays at the reference, and in the second of three periods the voltage of its phase jumps by
- * `jump` [V]. 2 A in 12 mH are 240 V periods; the loss of three legs, twice with the other sign, is 16/3 of
- * (2 us/100 us 311 V + 1 V), 38.5 V: 279 V, 139.3 V in each of two periods. A rotor of 500 rad/s with 100 V
- * before the jump: 3 x 0.05 x 100 V, 7.5 V more in each period. */
+ * `jump` [V]. 2 A in 12 mH need 240 V periods. The loss of three legs, twice with the other sign, is 16/3
+ * of (2 us/100 us 311 V + 1 V), 38.5 V: together 279 V, 139.3 V in each of two periods. A rotor at 500
+ * rad/s with 100 V before the jump adds 3 x 0.05 x 100 V, 7.5 V in each period. */
 static unsigned pushed_after(float a, float b, float jump, float before)
 {
     voltage = (ab_t){before, 0.0f};

@@ -1,16 +1,18 @@
-/* Above a flash of the test's own, whose power fails after any number of elementary operations: a word
- * programmed; of an erase each word to zero first, then each to ones. The word that is under way then gets
- * some of its bits, and from there on nothing happens until the power is back. */
+/* The store on a flash of the test, whose power fails after any number of elementary operations.
+ * Programming a word is one operation; an erase first clears each word to zero and then sets each to ones.
+ * The word that is being changed at the failure gets some of its bits, and nothing happens afterwards
+ * until the power returns. */
 #include "talk/store.h"
 
 #include "tests/unit/random_sets.h"
 #include "tests/unit/sweep.h"
 
-#define PAGE  2048u                                          /* [words] eight sets of the parameters */
-#define EVERY (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the host */
-#define BITS  (SWEEP > 1 ? 5u : 1u)                          /* of a word, every BITS-th bit is tried */
+#define PAGE 2048u /* [words] eight sets of parameters */
+/* a power failure is tested after every EVERY-th operation; on the host after each. */
+#define EVERY (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u)
+#define BITS  (SWEEP > 1 ? 5u : 1u) /* every BITS-th bit of a word is tested */
 #define NEVER UINT32_C(0xFFFFFFFF)
-#define WORDS store_record_words(params_table.count) /* of a set */
+#define WORDS store_record_words(params_table.count) /* [words] of a stored set */
 #define FIT   (PAGE / WORDS)                         /* sets in a page */
 
 /* ---- the flash ---- */
@@ -20,9 +22,9 @@ typedef struct {
 } content_t;
 
 static content_t content;
-static uint32_t left;       /* operations until the power fails */
-static uint32_t operations; /* since the start of a test */
-static bool broken;         /* it takes nothing */
+static uint32_t left;       /* number of operations until the power fails */
+static uint32_t operations; /* number of operations since the start of a test */
+static bool broken;         /* the flash accepts no data */
 static store_flash_t flash;
 
 static uint16_t word(uint32_t page, uint32_t at)
@@ -30,8 +32,8 @@ static uint16_t word(uint32_t page, uint32_t at)
     return content.page[page][at];
 }
 
-/* One operation: the word gets its bits; the last word before the cut gets some of them, and later words
- * none. */
+/* Programs a word, which is one operation. In the last word before the power failure only some of the bits
+ * are programmed, and in later words none. */
 static void change(uint16_t *to, uint16_t value)
 {
     operations++;
@@ -148,10 +150,11 @@ static void test_nothing_stored_gives_defaults_and_random_sets_survive(void)
     for (uint32_t n = 0; n < sets; n++) {
         save_and_expect_it();
     }
-    TEST_ASSERT_TRUE(operations >= sets * WORDS); /* nothing went unwritten */
+    TEST_ASSERT_TRUE(operations >= sets * WORDS); /* every value has been written */
 }
 
-/* Words that have all bits set, or none: the check and the blank state do not mix with values. */
+/* The words include those with all bits set and with none: neither the check nor the erased state is
+ * confused with a value. */
 static void test_any_bits_of_a_value_are_kept(void)
 {
     typedef struct {
@@ -201,7 +204,7 @@ static void test_memory_that_takes_nothing_leaves_the_set_before(void)
     expect_stored(&before);
 }
 
-/* A word that does not take its bits: the record goes into the other page. */
+/* A word does not accept its bits: the record is written into the other page. */
 static void test_a_word_that_cannot_be_programmed_is_left_behind(void)
 {
     save_random();
@@ -218,8 +221,9 @@ static void test_a_word_that_cannot_be_programmed_is_left_behind(void)
 
 /* ---- cuts of the power ---- */
 
-/* Saves `next` over `before` with a cut after each number of operations. The result is always one of the two
- * sets, never a corrupt store; and the next set is accepted. How many operations it takes. */
+/* Saves `next` over `before` with a power failure after each number of operations. Each time one of the
+ * two sets is found, never a corrupt store, and the next set can be saved. Returns the number of
+ * operations of the save. */
 static uint32_t cut_everywhere(const params_t *before, bool is_empty)
 {
     static content_t at_first;
@@ -250,7 +254,7 @@ static uint32_t cut_everywhere(const params_t *before, bool is_empty)
 
 static void test_cut_while_a_set_is_added_leaves_old_or_new(void)
 {
-    params_t before = defaults(); /* the first set: none or it */
+    params_t before = defaults(); /* the first set: afterwards none or this set is stored */
     TEST_ASSERT_EQUAL_UINT32(WORDS, cut_everywhere(&before, true));
     size_of_page(PAGE);
     save_random();
@@ -258,7 +262,7 @@ static void test_cut_while_a_set_is_added_leaves_old_or_new(void)
     TEST_ASSERT_EQUAL_UINT32(WORDS, cut_everywhere(&before, false));
 }
 
-/* As many sets as fit into a page: the last of them. */
+/* Saves as many sets as fit into a page; returns the last of them. */
 static params_t fill(void)
 {
     for (uint32_t n = 1; n < FIT; n++) {
@@ -271,11 +275,11 @@ static void test_cut_while_a_page_is_left_for_the_other_leaves_old_or_new(void)
 {
     params_t before = fill();
     const uint32_t all = 2u * PAGE + WORDS;
-    TEST_ASSERT_EQUAL_UINT32(all, cut_everywhere(&before, false)); /* into a page never used */
+    TEST_ASSERT_EQUAL_UINT32(all, cut_everywhere(&before, false)); /* into a page that was never used */
     size_of_page(PAGE);
     fill();
     before = fill();
-    TEST_ASSERT_EQUAL_UINT32(all, cut_everywhere(&before, false)); /* into one full of older sets */
+    TEST_ASSERT_EQUAL_UINT32(all, cut_everywhere(&before, false)); /* into a page full of older sets */
 }
 
 static void test_cuts_in_a_row_leave_old_or_new(void)
@@ -299,7 +303,7 @@ static void test_cuts_in_a_row_leave_old_or_new(void)
 
 /* ---- corrupt words ---- */
 
-/* The effect of each wrong word of the last set, the third of its page. */
+/* The effect of each wrong word in the last set, the third of its page. */
 static void test_each_wrong_word_of_the_active_set_is_reported(void)
 {
     save_random();
@@ -313,7 +317,7 @@ static void test_each_wrong_word_of_the_active_set_is_reported(void)
                 continue;
             }
             content.page[0][at] = wrong;
-            if (at == 3u * WORDS - 1u) { /* as a cut leaves it */
+            if (at == 3u * WORDS - 1u) { /* as a power failure leaves it */
                 expect_stored(&before);
             } else {
                 expect_defaults(STORE_CORRUPT);
@@ -334,7 +338,7 @@ static void test_each_wrong_word_of_an_only_set_is_reported(void)
     }
 }
 
-/* Of older ones: their headers lead to the active set, their values do not matter. */
+/* The headers of older sets lead to the active set; their values do not matter. */
 static void test_wrong_words_of_older_sets_are_reported_or_harmless(void)
 {
     save_random();
@@ -361,7 +365,7 @@ static void test_a_wrong_page_beside_a_good_one_is_harmless(void)
     }
 }
 
-/* The data of another program in both sectors, or in one. */
+/* Both sectors, or one of them, contain the data of another program. */
 static void test_content_that_is_not_a_store_is_reported(void)
 {
     for (uint32_t pages = 1; pages <= 3u; pages++) {
@@ -371,15 +375,15 @@ static void test_content_that_is_not_a_store_is_reported(void)
             content.page[1][at] = (uint16_t)((pages & 2u) != 0u ? random_bits() & 0xFFFFu : 0xFFFFu);
         }
         expect_defaults(STORE_FOREIGN);
-        save_and_expect_it(); /* and is absent after a set is stored */
+        save_and_expect_it(); /* the data are gone after a set is stored */
     }
     size_of_page(PAGE);
     save_random();
-    content.page[0][1] = STORE_VERSION + 1u; /* another format */
+    content.page[0][1] = STORE_VERSION + 1u; /* a format of another version */
     expect_defaults(STORE_CORRUPT);
 }
 
-/* A word of a set that is by chance at a place where no record begins does not make it corrupt. */
+/* A word of a set that is by chance at a place where no record begins does not count as a corrupt store. */
 static void test_erasing_ends_what_another_program_has_left(void)
 {
     for (uint32_t n = 0; n < 200u; n += SWEEP_FEW) {
@@ -398,8 +402,8 @@ static void test_erasing_ends_what_another_program_has_left(void)
     }
 }
 
-/* The power fails while a set, of a first or of a second page, is erased: it is still there, or none is, or
- * the store asks to be erased once more. An older set never comes back. */
+/* The power fails while a set in the first or second page is erased. Afterwards the set is still present,
+ * or none is, or the store needs to be erased again. An older set never comes back. */
 static void test_cut_while_a_set_is_erased_leaves_it_or_none(void)
 {
     static content_t at_first;
@@ -422,7 +426,7 @@ static void test_cut_while_a_set_is_erased_leaves_it_or_none(void)
     }
 }
 
-/* A set stored over a corrupt one is active, though the corrupt one has a serial, too. */
+/* The new set is active, although the corrupt store has a serial number, too. */
 static void test_a_set_stored_over_a_corrupt_store_is_active(void)
 {
     fill();
@@ -471,7 +475,8 @@ static void migrate(const set_t *old, const table_row_t *rows, uint32_t count)
     TEST_ASSERT_EQUAL_UINT32(STORE_MIGRATED, store_load(&flash, &table, &migrated, &told));
 }
 
-/* A float, the mode, the tries; how many values had no row, and how many rows no good value. */
+/* Expected are a float, the mode, the tries, the number of values without a row, and the number of rows
+ * without a valid value. */
 static void expect_migrated(float gain, int32_t mode, int32_t tries, uint32_t unknown, uint32_t defaulted)
 {
     TEST_ASSERT_EQUAL_FLOAT(gain, migrated.gain);
@@ -487,9 +492,9 @@ static void test_rows_that_are_new_or_gone_are_migrated_by_id(void)
 {
     static const table_row_t rows[] = {
         {OLD_INT(4, tries, 7, 1, 50)},
-        {OLD_FLOAT(9, delay, 0.25f, 0.0f, 1.0f)}, /* new */
+        {OLD_FLOAT(9, delay, 0.25f, 0.0f, 1.0f)}, /* a new row */
         {OLD_FLOAT(1, gain, 2.0f, 0.0f, 10.0f)},
-        {OLD_ENUM(3, mode, "off|slow|fast")}, /* without 2 */
+        {OLD_ENUM(3, mode, "off|slow|fast")}, /* the choice with number 2 is missing */
     };
     migrate(&filled, rows, 4u);
     expect_migrated(8.5f, 2, 49, 1u, 0u);
@@ -507,7 +512,8 @@ static void test_values_out_of_a_new_range_get_the_default(void)
     TEST_ASSERT_EQUAL_FLOAT(50.0f, migrated.limit);
 }
 
-/* Same table, but a value that was good when it was stored: of a range that is narrower now, or no number. */
+/* The table is the same, but a value that was valid when it was stored is not a number, or is outside its
+ * range, which has become narrower. */
 static void test_a_table_that_means_the_same_is_still_judged(void)
 {
     table_row_t rows[4];

@@ -1,13 +1,14 @@
-/* Limits of the supply's current: the power of a motor in closed form, 1.5 R i^2 + K omega i + P_0. */
+/* The limits of the current of the supply, with the power of a motor in closed form, 1.5 R i^2 + K omega i
+ * + P_0. */
 #include "medium/protect/supply_limit.h"
 #include "tests/unit/compare.h"
 
 #define LINK       311.0  /* [V] */
 #define RESISTANCE 0.97   /* [ohm] */
 #define TORQUE     1.098  /* [N m/A] */
-#define MOST       10.0   /* [A] of i_q */
-#define LOOK       0.8e-3 /* [s] */
-#define SETTLED    500u   /* [looks] 40 time constants */
+#define MOST       10.0   /* [A] limit of i_q */
+#define LOOK       0.8e-3 /* [s] between two evaluations */
+#define SETTLED    500u   /* [evaluations] 40 time constants */
 
 static supply_limit_t limit;
 static supply_limit_tuning_t tuning;
@@ -44,7 +45,7 @@ static void look(double power, double i_q, double omega_m)
     supply_limit_step(&limit, &tuning, &input);
 }
 
-/* A motor whose R, K and other losses are not those of the drive. */
+/* A motor whose R, K and other losses differ from the drive's values. */
 static const struct {
     double resistance, torque, rest;
 } motors[] = {{1.0, 1.0, 0.0}, {1.0, 1.0, 40.0}, {1.3, 0.8, 0.0}, {0.7, 1.2, 40.0}};
@@ -55,8 +56,8 @@ static double power_of(size_t motor, double i_q, double omega_m)
            motors[motor].torque * TORQUE * omega_m * i_q + motors[motor].rest;
 }
 
-/* The speed control requests the largest current: i_q is at its limit. The current of the supply settles at
- * the limit, or below it where the limit of i_q is the smaller one. The resolution of floats in P_r: 1e-3. */
+/* The speed control requests the largest current, so that i_q is at its limit. The current of the supply
+ * settles at its limit, or below it if the limit of i_q is reached first. Floats resolve P_r to 1e-3. */
 static void test_the_current_settles_at_its_limit_in_both_directions(void)
 {
     for (size_t motor = 0; motor < sizeof motors / sizeof motors[0]; motor++) {
@@ -95,7 +96,7 @@ static void test_the_limit_is_right_before_it_has_settled(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, brakes, (double)limit.braking);
 }
 
-/* At standstill all power is that of the copper, in both directions; nothing is returned. */
+/* At standstill the copper consumes all power, in both directions; nothing is returned. */
 static void test_at_standstill_the_copper_alone_draws_current(void)
 {
     begin(0.2, 0.001, 0.0);
@@ -105,7 +106,7 @@ static void test_at_standstill_the_copper_alone_draws_current(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, most, (double)limit.braking);
 }
 
-/* A rotor returns at most e^2/(6 R): where that is less than the limit, braking is not limited. */
+/* A rotor returns at most e^2/(6 R): if this is less than the limit, braking is not limited. */
 static void test_a_slow_rotor_that_cannot_return_so_much_brakes_with_all_torque(void)
 {
     begin(0.0, 1.0, 0.0);
@@ -117,8 +118,8 @@ static void test_a_slow_rotor_that_cannot_return_so_much_brakes_with_all_torque(
     TEST_ASSERT_TRUE(limit.braking < (float)MOST);
 }
 
-/* With almost no returned current the limit of braking is near zero from omega_free on, and half of the way
- * to the whole at half of omega_free. */
+/* With almost no permitted return current the limit of braking is near zero from omega_free on; at half of
+ * omega_free it is halfway to the whole current. */
 static void test_near_standstill_the_limit_of_braking_fades_out(void)
 {
     const double free = 0.15 * RESISTANCE * MOST / TORQUE;
@@ -145,7 +146,7 @@ static void test_a_reached_limit_is_reported(void)
     }
 }
 
-/* For any power, the least limit is zero. */
+/* The smallest limit is zero, whatever the power is. */
 static void test_a_limit_never_reverses_the_torque(void)
 {
     for (double power = -1e4; power <= 1e4; power += 500.0) {
@@ -160,7 +161,7 @@ static void test_a_limit_never_reverses_the_torque(void)
     }
 }
 
-/* p/u with the drops of the devices: (600 W + 1.5 V 20 A)/311 V. */
+/* The supply current includes the drops of the devices: (600 W + 1.5 V 20 A)/311 V. */
 static void test_the_drops_count(void)
 {
     begin(9.0, 0.0, 1.5);

@@ -1,10 +1,10 @@
-/* Oracle: the space vector of three pole voltages d u_dc in double precision, and the hexagon of its reach.
- */
+/* The expected values come from the space vector of three pole voltages d u_dc in double precision, and
+ * from the hexagon of its range. */
 #include "fast/inverter/svpwm.h"
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"
 
-/* Numbers up to 311 V and 1, five roundings of 2^-24 each. */
+/* The limit is five roundings of 2^-24 each of numbers up to 311 V and 1. */
 #define VOLT_TOLERANCE (5.0 * 311.0 / 16777216.0)
 #define DUTY_TOLERANCE (5.0 / 16777216.0)
 
@@ -26,8 +26,8 @@ static ab_t polar(double length, double angle)
     return voltage;
 }
 
-/* Longest vector in this direction whose phase voltages span no more than `volts`: the phase-to-phase voltage
- * that is largest in a 60 degree sector is sqrt(3) |v| cos(angle to its middle). */
+/* The longest vector in this direction whose phase voltages span at most `volts`. In a sector of 60
+ * degrees the largest phase-to-phase voltage is sqrt(3) |v| cos(angle to its middle). */
 static double hexagon(double angle, double volts)
 {
     double sector = fmod(angle + 4.0 * PI, PI / 3.0);
@@ -64,7 +64,7 @@ static void sweep(double u_dc, float duty_min, float duty_max)
 
             double reachable = hexagon(angle, volts);
             double complex expected = (length < reachable ? length : reachable) * cexp(J * angle);
-            /* The direction of the request is itself rounded: 2^-24 of its length, scaled down with it. */
+            /* The direction of the request is itself rounded: by 2^-24 of its length, reduced with it. */
             TEST_ASSERT_DOUBLE_WITHIN(2.0 * VOLT_TOLERANCE, 0.0, cabs(applied - expected));
         }
     }
@@ -78,7 +78,8 @@ static void test_any_vector_is_made_or_cut_in_its_direction(void)
     sweep(24.0, 0.0f, 1.0f);
 }
 
-/* What can be made comes back bit for bit; what is cut, in the very direction of the request. */
+/* A voltage that is possible comes back bit for bit; a longer one is limited in exactly the direction of
+ * the request. */
 static void test_voltage_is_a_share_of_the_request(void)
 {
     for (double angle = -3.1; angle < 3.2; angle += 0.1) {
@@ -141,9 +142,10 @@ static svpwm_t over(double share, double angle)
     return svpwm_modulate(&tuning, polar(share * 0.92 * 311.0, angle), 311.0f);
 }
 
-/* Fundamental over range u_dc of legs that a sine of the amplitude a range u_dc, less the mean of the two
- * extreme legs, drives beyond their range: by integration, up to 2/3 with one clipped interval of +-d around
- * 30 degrees, cos d = 1/(sqrt(3) a), beyond with one from zero to acos(1/(3 a)). Six-step has 2/pi. */
+/* The fundamental divided by range u_dc, by integration. The legs are driven beyond their range by a sine
+ * of the amplitude a range u_dc, less the mean of the two extreme legs. Up to 2/3 there is one clipped
+ * interval of +-d around 30 degrees, cos d = 1/(sqrt(3) a); beyond, there is one from zero to acos(1/(3
+ * a)). Six-step has 2/pi. */
 static double clipped(double a)
 {
     if (a <= 1.0 / sqrt(3.0)) {
@@ -159,7 +161,7 @@ static double clipped(double a)
 
 #define ANGLES 3600
 
-/* The fundamental that these requests of one length make over a turn [-] of range u_dc. */
+/* The fundamental [-] of range u_dc that requests of one length make over a turn. */
 static double complex fundamental(double share)
 {
     double complex sum = 0.0;
@@ -174,8 +176,8 @@ static double complex fundamental(double share)
     return sum / (ANGLES * 0.92 * 311.0);
 }
 
-/* A leg that is neither the highest nor the lowest has 3/2 of its phase's voltage: its duty shows the
- * amplitude that the request has become. */
+/* A leg that is neither the highest nor the lowest has 3/2 of the voltage of its phase: its duty shows the
+ * amplitude to which the request has been changed. */
 static void test_overmodulation_follows_the_known_curve_up_to_six_step(void)
 {
     for (double share = 0.5; share < 0.99 * 2.0 / PI; share += 0.001 * SWEEP_FEW) {

@@ -33,7 +33,7 @@ static void test_defaults_reach_every_slot(void)
     TEST_ASSERT_EQUAL_INT32(1, slots.e);
 }
 
-/* A float has 24 bits: 2^24 + 1 and the ends of both types are not floats. */
+/* A float has 24 bits: 2^24 + 1 and the ends of both integer types are not exact floats. */
 static void test_whole_numbers_are_exact_to_their_last_bit(void)
 {
     static const int64_t ints[] = {16777217, -16777217, INT32_MAX, INT32_MIN, 0};
@@ -61,7 +61,7 @@ static void test_whole_limits_are_exact_and_so_are_defaults(void)
     TEST_ASSERT_EQUAL_INT32(16777217, slots.i);
     TEST_ASSERT_TRUE(table_accepts_whole(&row, 16777219) && table_accepts_whole(&row, -16777217));
     TEST_ASSERT_FALSE(table_accepts_whole(&row, 16777220) || table_accepts_whole(&row, -16777218));
-    TEST_ASSERT_FALSE(table_accepts_whole(&row, INT64_C(4294967296) + 5)); /* 5 in its last 32 bits */
+    TEST_ASSERT_FALSE(table_accepts_whole(&row, INT64_C(4294967296) + 5)); /* its lower 32 bits are 5 */
     slots.i = 16777220;
     TEST_ASSERT_FALSE(table_holds(&row, &slots));
     slots.i = 16777219;
@@ -70,7 +70,7 @@ static void test_whole_limits_are_exact_and_so_are_defaults(void)
     TEST_ASSERT_FALSE(table_holds(&rows[0], &slots));
 }
 
-/* A refusal has its range in floats: those of the drive's whole rows are exact. */
+/* A refusal reports its range in floats, which must be exact for the whole-number rows of the drive. */
 static void test_whole_limits_of_the_drive_are_exact_as_floats(void)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {
@@ -84,7 +84,7 @@ static void test_whole_limits_of_the_drive_are_exact_as_floats(void)
     }
 }
 
-/* Below, at and above each limit; values that are not numbers, not whole or not a choice. */
+/* Values below, at and above each limit; values that are not numbers, not whole or not a choice. */
 static void test_values_are_accepted_within_the_range_of_their_row(void)
 {
     const struct {
@@ -128,8 +128,9 @@ static void test_rows_are_found_by_id_and_name(void)
     TEST_ASSERT_NULL(table_by_name(&table, "x"));
 }
 
-/* FNV-1a of the octets of each row: id (little-endian, four), kind, then name, unit, choices each closed by a
- * zero octet. The text does not count, and a hash may begin with the value of another one. */
+/* FNV-1a of the octets of each row: id (little-endian, four octets), kind, then name, unit and choices,
+ * each ended by a zero octet. The descriptive text does not count, and a hash may begin with the value of
+ * another one. */
 static void test_hash_is_fnv_1a_of_all_that_gives_a_value_its_meaning(void)
 {
     static const uint8_t octets[] =
@@ -152,7 +153,7 @@ static void test_hash_is_fnv_1a_of_all_that_gives_a_value_its_meaning(void)
     TEST_ASSERT_EQUAL_HEX32(expected, table_hash(&other, 0));
 }
 
-/* The contract of the tables: the properties on which other programs rely. */
+/* The contract of the tables: the properties on which other programs depend. */
 static void test_ids_and_names_of_the_drive_are_unique_and_in_their_bands(void)
 {
     const table_t *const tables[] = {&params_table, &requests_table, &signals_table};
@@ -170,7 +171,7 @@ static void test_ids_and_names_of_the_drive_are_unique_and_in_their_bands(void)
     }
 }
 
-/* The numbers of the named values are those that the code switches on. */
+/* The numbers of the named values are those of the enumerations in the code. */
 static void test_choices_of_the_drive_are_in_the_order_of_their_enumerations(void)
 {
     static const struct {

@@ -1,7 +1,7 @@
-/* Against tanh() and sqrt() in double precision. The header's 2e-6 holds the fits' errors (8.4e-7, 1.1e-6,
- * 1.1e-6; tanh(7) lacks 1.7e-6 to 1) and the rounding: of the short quotient three of 2^-24 above and below
- * the line and one of the division, at worst 4e-7; of the long one as much and the last sum; of 1/sqrt its
- * 5e-7. */
+/* The results are compared with tanh() and sqrt() in double precision. The 2e-6 of the header consist of
+ * the errors of the fits and of rounding. The fits have errors of 8.4e-7, 1.1e-6 and 1.1e-6, and tanh(7)
+ * is 1.7e-6 below 1. In the short quotient three roundings of 2^-24 above and below the line and one of
+ * the division make at worst 4e-7; the long quotient has one more, that of its last sum. 1/sqrt has 5e-7. */
 #include <float.h>
 
 #include "math/tanh.h"
@@ -9,7 +9,7 @@
 
 #define TOLERANCE 2e-6
 
-/* How much a rounding of sum, division and last sum may raise what should fall. */
+/* The amount by which rounding of sum, division and last sum may raise a value that should decrease. */
 #define ROUNDING 3e-7
 
 static double exact_ratio(float square)
@@ -18,7 +18,7 @@ static double exact_ratio(float square)
     return x > 0.0 ? tanh(x) / x : 1.0;
 }
 
-/* Every seventh float from small to saturated, and the whole range. */
+/* Every seventh float from small values to saturation, over the whole range. */
 static void test_ratio_over_the_whole_range(void)
 {
     for (float square = 1e-4f; square <= 100.0f; square = floats_on(square, 7)) {
@@ -60,7 +60,7 @@ static void test_ratio_is_one_at_zero_and_never_exceeds_it(void)
 static void test_value_over_the_whole_range(void)
 {
     for (int32_t k = 1; k <= 2000000; k += SWEEP) {
-        float x = 1e-5f * (float)k; /* to 20 */
+        float x = 1e-5f * (float)k; /* up to 20 */
         keep_worst((double)tanh_value(x) / tanh((double)x) - 1.0);
     }
     for (double x = 1e-18; x < 1e30; x *= 1.01) {

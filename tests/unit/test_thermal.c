@@ -1,13 +1,13 @@
-/* The thermal models of motor and module, compared with the exact solution of tau dh/dt = i^2/I_c^2 - h in
- * double, period by period of the carrier; and the remaining limit of the current. */
+/* The thermal models of motor and module are compared with the exact solution of tau dh/dt = i^2/I_c^2 - h
+ * in double precision, period by period of the carrier; and the remaining limit of the current. */
 #include "medium/protect/thermal.h"
 #include "tests/unit/compare.h"
 
 #define PERIOD  1e-4 /* [s] of the carrier */
-#define EVERY   16   /* periods from one square to the next */
-#define WITHIN  0.02 /* of the largest heat */
+#define EVERY   16   /* number of periods from one square to the next */
+#define WITHIN  0.02 /* share of the largest heat */
 #define COOL    20.0f
-#define NOBODY  (-273.15f) /* reading of an absent sensor [degC] */
+#define NOBODY  (-273.15f) /* [degC] reading of an absent sensor */
 #define STEP_S  (PERIOD * EVERY * (double)THERMAL_SUMS)
 #define MAX_A   10.0
 #define MOTOR_A 7.0
@@ -51,7 +51,7 @@ static abc_t phases(double length, double angle)
                    (float)(length * cos(angle + 2.0 * PI / 3.0))};
 }
 
-/* One period of the carrier, as the drive has it. */
+/* One period of the carrier, as in the drive. */
 static void pass(abc_t current)
 {
     period++;
@@ -63,7 +63,7 @@ static void pass(abc_t current)
     }
 }
 
-/* THERMAL_SUMS squares of the same. */
+/* THERMAL_SUMS squares of the same current. */
 static void hold(abc_t current)
 {
     for (uint32_t n = 0; n < THERMAL_SUMS; n++) {
@@ -80,8 +80,8 @@ static double exact(double heat, double square, double time)
 
 /* ---- the model ---- */
 
-/* A flipped bit can give a heat any value. It is hot then, and cools down like twice the trip; or it is cold.
- */
+/* A flipped bit can give the heat any value. One that is not finite or is too large becomes 10, from which
+ * the heat decreases again; a finite negative one becomes 0. */
 static void test_a_heat_that_is_not_a_number_counts_as_hot(void)
 {
     static const float broken[] = {NAN, INFINITY, 3e38f, -INFINITY, -3.0f};
@@ -99,8 +99,8 @@ static void test_a_heat_that_is_not_a_number_counts_as_hot(void)
     }
 }
 
-/* A cycle of loads at speeds from standstill to 200 Hz, for motor and legs with time constants from 50 ms up;
- * what the slower sampling and the mean make of it is less than 2 % of the largest heat. */
+/* A cycle of loads at speeds from standstill to 200 Hz, for motor and legs with time constants from 50 ms
+ * up. The slower sampling and the mean may change the heat by less than 2 % of the largest one. */
 static void test_heat_of_a_load_cycle_is_that_of_the_exact_solution(void)
 {
     static const double times[][2] = {{5.0, 0.05}, {60.0, 0.2}, {0.5, 1.0}};
@@ -135,8 +135,8 @@ static void test_heat_of_a_load_cycle_is_that_of_the_exact_solution(void)
     }
 }
 
-/* The longest time constant that a set may have, where a step moves the heat by little more than its last
- * digits: h = (i/I_c)^2 (1 - exp(-t/tau)), over three of them. */
+/* The longest accepted time constant, with which a step changes the heat by little more than its last
+ * digits: h = (i/I_c)^2 (1 - exp(-t/tau)), over three time constants. */
 static void test_a_slow_motor_warms_as_slowly_as_it_should(void)
 {
     thermal_params_t params = usual();
@@ -169,11 +169,10 @@ static void test_without_current_or_time_constant_nothing_is_judged(void)
     }
 }
 
-/* ---- what it leaves ---- */
+/* ---- the current that the model permits ---- */
 
-/* A motor from which 10 A are always requested gets them until h = 0.9, t = tau ln(1/(1 - 0.9 I_c^2/I^2));
- * then the
- * limit sinks to I_c, h rises to 1, and nothing trips. */
+/* 10 A are always requested. The motor gets them until h = 0.9, t = tau ln(1/(1 - 0.9 I_c^2/I^2)); then
+ * the limit decreases to I_c, h rises to 1, and no trip occurs. */
 static void test_torque_falls_to_what_the_motor_withstands_and_nothing_trips(void)
 {
     const double until = -60.0 * log(1.0 - 0.9 * pow(MOTOR_A / MAX_A, 2.0));
@@ -191,7 +190,7 @@ static void test_torque_falls_to_what_the_motor_withstands_and_nothing_trips(voi
     TEST_ASSERT_FLOAT_WITHIN(0.001f, 1.0f, x.motor_heat);
 }
 
-/* [s] on all of the limit. */
+/* The time [s] until the condition trips, with the whole current limit. */
 static double tripped_after(uint32_t condition)
 {
     double t = 0.0;
@@ -202,7 +201,7 @@ static double tripped_after(uint32_t condition)
     return t;
 }
 
-/* A drive that exceeds the limit is stopped when h = 1.1: after tau ln(1/(1 - 1.1 I_c^2/I^2)). */
+/* A drive that exceeds the limit is stopped at h = 1.1, after tau ln(1/(1 - 1.1 I_c^2/I^2)). */
 static void test_a_drive_that_exceeds_the_limit_trips(void)
 {
     const double until = -60.0 * log(1.0 - 1.1 * pow(MOTOR_A / MAX_A, 2.0));
@@ -216,7 +215,7 @@ static void test_a_drive_that_exceeds_the_limit_trips(void)
     TEST_ASSERT_EQUAL_UINT32(THERMAL_MODULE | THERMAL_DERATING, x.conditions);
 }
 
-/* I_c above the limit: warm, never in need of less. */
+/* I_c is above the limit: the motor becomes warm, but its current is never reduced. */
 static void test_a_motor_that_withstands_the_limit_is_never_derated(void)
 {
     thermal_params_t params = usual();
@@ -229,8 +228,8 @@ static void test_a_motor_that_withstands_the_limit_is_never_derated(void)
     TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
 }
 
-/* From 10 K below the trip on, a straight line to a quarter; the warmer of the two counts; an absent sensor
- * reads a temperature far below zero. */
+/* From 10 K below the trip on, the limit decreases linearly to a quarter; the warmer of the two sensors
+ * counts. An absent sensor reads a temperature far below zero. */
 static void test_a_warm_sink_or_motor_takes_the_limit_down(void)
 {
     static const struct {

@@ -1,17 +1,19 @@
-/* Sine, cosine and atan2 against the double-precision library, densely over their whole ranges. The limits
- * are the ones the header states. The minimax errors are 3.4e-8 and, for atan2, 1.7e-6; the rest is rounding.
- * An error ds of sin h and dc of cos h moves the sine by 2 cos h ds + 2 sin h dc, the cosine by 4 cos h dc.
- * Near 0, dc is half an ulp below 1 (3e-8). Towards the limit (h = 2) the largest term of cos h is 2 and that
- * of sin h as large, an ulp of 1.2e-7 with two or three roundings of half of it: dc and ds up to 1.8e-7,
- * hence 4.8e-7 there and 2 dc = 3.6e-7 at pi. sin^2 + cos^2 has twice the root of both errors' squares at
- * worst. For atan2 near pi come the result's (2^-23) and the shortened pi (1.5e-7). */
+/* Sine, cosine and atan2 are compared with the double-precision library, densely over their whole ranges. The
+ * limits are those of the header: the minimax errors, 3.4e-8 and for atan2 1.7e-6, plus the rounding.
+ *
+ * Rounding: with an error ds of sin h and dc of cos h, the sine changes by 2 cos h ds + 2 sin h dc and the
+ * cosine by 4 cos h dc. Near angle 0, dc is half an ulp below 1 (3e-8). Near the largest angle (h = 2) the
+ * largest terms of cos h and sin h are 2, with an ulp of 1.2e-7, of which two or three roundings take half
+ * each. There dc and ds are up to 1.8e-7, which makes 4.8e-7; at pi, 2 dc makes 3.6e-7. sin^2 + cos^2 has
+ * at worst twice the root of the sum of both squared errors. For atan2 near pi the rounding of the result
+ * (2^-23) and of pi (1.5e-7) are added. */
 #include "math/angle.h"
 #include "math/trig.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/worst.h"
 
-#define SINE_TOLERANCE     4e-7 /* to pi */
-#define LIMIT_TOLERANCE    5e-7 /* to TRIG_LIMIT */
+#define SINE_TOLERANCE     4e-7 /* for angles up to pi */
+#define LIMIT_TOLERANCE    5e-7 /* for angles up to TRIG_LIMIT */
 #define RELATIVE_TOLERANCE 3e-7
 #define ATAN2_TOLERANCE    3e-6
 
@@ -22,7 +24,7 @@ static void look_at(float theta)
     keep_worst((double)rotation.cos - cos((double)theta));
 }
 
-/* Every third float to pi, every float from there to the limit. */
+/* Every third float up to pi, and every float from there to the limit. */
 static void test_sine_and_cosine_of_all_angles(void)
 {
     for (float theta = 0.1f; theta <= (float)PI; theta = floats_on(theta, 3)) {
@@ -76,8 +78,9 @@ static void test_rotation_limit_below_at_above(void)
     }
 }
 
-/* For the tracking loop: 1.4e-6 of the polynomials and 4e-7 of rounding of the angle, 6e-7 of the length (S^2
- * is up to 2); exact at 0, odd and even. */
+/* The tracking loop uses this function. The limits are 1.4e-6 for the polynomials and 4e-7 for rounding of
+ * the angle, and 6e-7 for the length (S^2 is up to 2). The values are exact at 0; the cosine is even and
+ * the sine odd. */
 static void test_turn_of_a_wrapped_angle(void)
 {
     double length = 0.0;
@@ -142,8 +145,9 @@ static void test_atan2_of_no_vector_is_zero(void)
     }
 }
 
-/* The bounds of the series, 0.95^9/9! = 1.74e-6 of the sine, which is along with sin 0.95 and across with
- * cos 0.95, and 0.95^10/10! = 1.6e-7 of the cosine; and the rounding of two rotations. */
+/* The limits are the bounds of the series and the rounding of two rotations. The series of the sine has
+ * 0.95^9/9! = 1.74e-6, which is along the vector with sin 0.95 and across it with cos 0.95; that of the
+ * cosine has 0.95^10/10! = 1.6e-7. */
 static void test_advance_turns_a_rotation_on(void)
 {
     for (double from = -3.1; from < 3.2; from += 0.31) {
@@ -159,9 +163,9 @@ static void test_advance_turns_a_rotation_on(void)
     }
 }
 
-/* The angle of a rotation, in all quadrants and near every axis and diagonal; a length that is wrong by
- * 1e-3 moves the shorter component's arc sine by 1e-3 at most, the series is right within 3e-3, and the
- * Newton step leaves 1e-3 of both. */
+/* The angle of a rotation, in all quadrants and near every axis and diagonal. A length that is wrong by
+ * 1e-3 changes the arc sine of the shorter component by at most 1e-3, the series is right within 3e-3, and
+ * the Newton step leaves 1e-3 of both. */
 static void test_angle_of_a_rotation(void)
 {
     static const double lengths[] = {1.0, 0.999, 1.001};

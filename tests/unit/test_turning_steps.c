@@ -1,5 +1,5 @@
-/* The turning steps on a rotor in double precision that follows the orders: the measured values, the orders
- * of each test, and the reasons of those that fail. */
+/* The steps of commissioning that turn the rotor, with a rotor in double precision that follows the
+ * orders: the measured values, the orders of each test, and the reasons of tests that fail. */
 #include <math.h>
 #include <string.h>
 #include <unity.h>
@@ -9,27 +9,27 @@
 
 #define WINDOW 8e-4
 #define PAIRS  4.0
-#define MOST   200000u /* [windows] */
+#define MOST   200000u /* [windows] longest duration of a test */
 
 static const double pi = 3.14159265358979323846;
 
 typedef struct {
     double inertia, coulomb, viscous, flux, inductance_d, inductance_q;
-    double saturation;  /* I_s of the q axis [A]; 0: none */
-    double observed_q;  /* the constant L_q of the observer for a saturating rotor [H] */
-    double angle_noise; /* [rad] of the EMF, uniform between minus and plus this */
-    double speed_noise; /* [-] of the estimated speed, relative */
+    double saturation;  /* [A] I_s of the q axis; 0: no saturation */
+    double observed_q;  /* [H] constant L_q of the observer for a saturating rotor */
+    double angle_noise; /* [rad] noise of the angle of the EMF, uniform between minus and plus this */
+    double speed_noise; /* [-] relative noise of the estimated speed */
     double later;       /* [N m] additional dry friction as soon as the test commands a current */
-    double lost_after;  /* [windows] of an order of current; 0: never */
-    uint32_t draw;      /* of the noise; 0: any */
-    double grows;       /* [kg m^2] added to J at the first steady speed after the pushes */
-    double slow;        /* [1/s] of a speed control that is not ideal; 0: ideal */
+    double lost_after;  /* [windows] with an order of a current until the lock is lost; 0: never */
+    uint32_t draw;      /* seed of the noise; 0: any */
+    double grows;       /* [kg m^2] is added to J at the first steady speed after the pushes */
+    double slow;        /* [1/s] rate of a speed control that is not ideal; 0: ideal */
 } rotor_t;
 
 typedef struct {
     rotor_t is;
-    double theta, omega, i_q; /* mechanical angle and speed */
-    double windows;           /* of an order of current */
+    double theta, omega, i_q; /* mechanical angle and speed, and the current */
+    double windows;           /* number of windows with an order of a current */
     uint32_t draw;
     bool pushed, grown;
 } model_t;
@@ -40,7 +40,7 @@ static double noise(model_t *model)
     return (double)(model->draw >> 8u) / 8388608.0 - 1.0;
 }
 
-/* One window by the order; the speed control is proportional, and knows the friction. */
+/* Simulates one window with this order; the speed control is proportional and knows the friction. */
 static turning_input_t follow(model_t *model, const turning_wish_t *wish)
 {
     rotor_t *is = &model->is;
@@ -74,7 +74,7 @@ static turning_input_t follow(model_t *model, const turning_wish_t *wish)
     const double half = 0.5 * (WINDOW - WINDOW / 8.0) * omega_e; /* the mean vector lags by half a window */
     const double turn = omega_e * WINDOW / 8.0;
     const double shorter = sin(4.0 * turn) / (8.0 * sin(0.5 * turn));
-    /* of the active flux along q, and of the rest of psi_q against d */
+    /* The voltage of the active flux along q, and of the rest of psi_q along d. */
     const double across = shorter * omega_e * (bent * is->inductance_q - observed) * model->i_q;
     const double along = shorter * omega_e * (is->flux + (is->inductance_d - observed) * i_d);
     const double emf = hypot(along, across);
@@ -83,7 +83,8 @@ static turning_input_t follow(model_t *model, const turning_wish_t *wish)
                           (float)(shorter * (mean * cos(half) - i_d * sin(half)))};
     const sums_t sums = {.emf = {(float)(emf * sin(half + off)), (float)(emf * cos(half + off))},
                          .current = {current.d, current.q}};
-    means_t means; /* of the window in the frame of its end, turned to its middle as in the medium task */
+    /* Means of the window in the frame of its end, rotated to its middle as in the medium task. */
+    means_t means;
     sums_mean(&sums, 1.0f, (rotation_t){0.0f, 1.0f}, (float)omega_e, (float)(half / omega_e), &means);
     return (turning_input_t){
         .runs = is->lost_after > 0.0 && model->windows > is->lost_after ? 0u : 1u,
@@ -113,7 +114,7 @@ static commission_tuning_t tuning_of(const rotor_t *is, double inertia)
     return tuning;
 }
 
-/* The whole torque test, from 30 to 100 rad/s; `least`: speed of the hand-over. */
+/* The whole torque test, from 30 to 100 rad/s; `least` is the speed of the hand-over. */
 static commission_verdict_t torque_test(const rotor_t *is, double inertia, double least,
                                         commission_results_t *results)
 {
@@ -143,13 +144,14 @@ static commission_results_t known(double flux, double inertia_first)
 
 /* ---- J and friction ---- */
 
-/* A round rotor of 10 mH by its inertia [kg m^2], its friction [N m], [N m s] and its flux [Wb]. */
+/* A round rotor of 10 mH with this inertia [kg m^2], dry friction [N m], viscous friction [N m s] and flux
+ * [Wb]. */
 #define ROTOR(j, dry, wet, psi)                                                                              \
     .inertia = (j), .coulomb = (dry), .viscous = (wet), .flux = (psi), .inductance_d = 0.01,                 \
     .inductance_q = 0.01
 #define GOOD ROTOR(2e-3, 0.1, 0.0, 0.1)
 
-/* The torque test of a rotor whose swing has given this inertia ends with this reason. */
+/* If the swing has given this inertia, the torque test of this rotor ends with this reason. */
 static void expect_of_torque(commission_reason_t reason, const rotor_t *is, double swung,
                              commission_results_t *results)
 {
@@ -170,7 +172,7 @@ static void test_inertia_and_friction_of_light_and_heavy_rotors(void)
         {ROTOR(2e-3, 0.1, 5e-4, 0.1)},
         {ROTOR(0.2, 0.2, 1e-3, 0.2)},
         {ROTOR(0.2, 0.2, 1e-3, 0.2),
-         .slow = 0.8}, /* a steady speed is still being approached with 2 rad/s^2 */
+         .slow = 0.8}, /* the speed still approaches a steady value with 2 rad/s^2 */
         {ROTOR(6e-5, 0.02, 1e-4, 0.05)},
         {ROTOR(2e-3, 0.1, 5e-4, 0.1)},
         {ROTOR(2e-2, 0.1, 5e-4, 0.1), .saturation = 5.0, .observed_q = 0.016},
@@ -184,9 +186,9 @@ static void test_inertia_and_friction_of_light_and_heavy_rotors(void)
     }
 }
 
-/* The acceleration of a slice is noisy by 8 %. As the independent variable of the regression it would make J
- * too small by 1.5 %, which shows in the mean of many tests. The noise of the torque, which is smaller, makes
- * it too large. */
+/* The acceleration of a slice has a noise of 8 %. As the independent variable of the regression it would
+ * make J too small by 1.5 %, which is visible in the mean of many tests. The noise of the torque, which is
+ * smaller, makes J too large. */
 static void test_inertia_from_noisy_angles(void)
 {
     rotor_t is = {ROTOR(1.5e-4, 0.02, 0.0, 0.1), .angle_noise = 0.07, .speed_noise = 0.03};
@@ -199,8 +201,8 @@ static void test_inertia_from_noisy_angles(void)
     TEST_ASSERT_TRUE(sum > 0.995 * is.inertia && sum < 1.02 * is.inertia);
 }
 
-/* The slices of the brake are too short to see an acceleration, and those of push and coast have nearly the
- * same mean speed: without the steady speeds the fit would not separate B from J. */
+/* The slices of braking are too short for a measurement of the acceleration, and those of pushing and
+ * coasting have nearly the same mean speed. Without the steady speeds the fit could not separate B from J. */
 static void test_friction_of_the_steady_speeds_shows_the_inertia_of_a_light_rotor(void)
 {
     rotor_t is = {ROTOR(1.2e-5, 8e-3, 2e-5, 0.02), .angle_noise = 0.04};
@@ -209,7 +211,7 @@ static void test_friction_of_the_steady_speeds_shows_the_inertia_of_a_light_roto
     }
 }
 
-/* A swing that was wrong is confirmed by a second test. */
+/* A wrong inertia from the swing is confirmed as wrong by a second test. */
 static void test_a_push_that_does_not_suffice_grows_and_a_wrong_swing_is_put_right(void)
 {
     const rotor_t sticks = {GOOD, .later = 1.0}, good = {GOOD};
@@ -217,8 +219,8 @@ static void test_a_push_that_does_not_suffice_grows_and_a_wrong_swing_is_put_rig
     (void)expect_inertia(&good, 0.5 * good.inertia, 0.01);
 }
 
-/* A fiftieth of 500 V is 10 V; the EMF at 35 rad/s is 14 V. Two tests and the swing give three values of an
- * inertia that grows; an angle may be noisier than the test can average. */
+/* A fiftieth of 500 V is 10 V, and the EMF at 35 rad/s is 14 V. Two tests and the swing give three values
+ * of an inertia that increases. The angle may have more noise than the test can average. */
 static void test_reasons_of_the_torque_test(void)
 {
     const rotor_t good = {GOOD}, lost = {GOOD, .lost_after = 100.0}, grows = {GOOD, .grows = 1e-3};
@@ -257,13 +259,13 @@ static commission_verdict_t flux_test(const rotor_t *is, float speed, commission
     return verdict;
 }
 
-/* i_d keeps the signs of the legs certain. On a salient rotor it adds to the active flux, by 0.3 psi_f at
- * most. */
+/* i_d keeps the signs of the currents in the legs certain. On a salient rotor it adds at most 0.3 psi_f to
+ * the active flux. */
 static void test_flux_of_round_and_salient_rotors(void)
 {
     static const struct {
         double inductance_q, current_d, saturation;
-        float speed; /* [rad/s]; 500: 2000 rad/s electrical, 1.6 rad in a window */
+        float speed; /* [rad/s]; 500 is 2000 rad/s electrical, 1.6 rad in a window */
     } rows[] = {{0.01, 5.0, 0.0, 100.0f},
                 {0.01, 5.0, 0.0, 500.0f},
                 {0.0105, 5.0, 0.0, 100.0f},
@@ -282,7 +284,7 @@ static void test_flux_of_round_and_salient_rotors(void)
     }
 }
 
-/* An estimate of each window that is off by up to 20 %, as where the back-EMF is small. */
+/* The estimate of each window is wrong by up to 20 %, as where the back-EMF is small. */
 static void test_noise_of_the_speed_neither_delays_nor_changes_the_flux(void)
 {
     const rotor_t is = {GOOD, .speed_noise = 0.2};

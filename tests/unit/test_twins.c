@@ -1,19 +1,19 @@
-/* Float and fixed twin side by side on one set of exact data. How far they may be apart follows from the
- * formats (estimator/fixed/formats.h) and from float's own 24 bits: a current of up to 6 A is rounded
- * by 2.4e-7 A in float, which L/T = 125 ohm makes 3e-5 V twice (sample and observer); angles 1.2e-7 rad of
- * the arc tangent, float 3e-6; speeds 3e-5 rad/s a count, float 1e-7 of up to 1e3 rad/s and its dead zone,
- * 2e-4 of a mrad of angle. */
+/* The float and the fixed-point twin run side by side on the same exact data. Their allowed difference
+ * follows from the formats (estimator/fixed/formats.h) and from the 24 bits of a float. A current of up to
+ * 6 A is rounded by 2.4e-7 A in float, which L/T = 125 ohm turns into 3e-5 V twice (sample and observer).
+ * The arc tangent has an error of 1.2e-7 rad, in float 3e-6 rad. A count of the speed is 3e-5 rad/s; float
+ * has 1e-7 of up to 1e3 rad/s, and its dead zone is 2e-4 mrad of angle. */
 #include "estimator/fixed/fixed.h"
 #include "tests/unit/estimator_bench.h"
 
 #define VOLTAGE_APART   4e-4  /* [V] */
-#define GAIN_APART      4e-6  /* of k_f: the same tanh [-] */
-#define MEAN_APART      1e-5  /* of the power-weighted k_f: x x of 0.0016 I^2 in counts of 2^-26 [-] */
-#define TRANSIENT_APART 0.05  /* composed, on the way [mrad] */
-#define MRAD_APART      0.01  /* composed, settled [mrad] */
-#define SPEED_APART     0.003 /* composed, settled [rad/s] */
+#define GAIN_APART      4e-6  /* [-] of k_f, computed from the same tanh */
+#define MEAN_APART      1e-5  /* [-] of the power-weighted k_f, with x x of 0.0016 I^2 in counts of 2^-26 */
+#define TRANSIENT_APART 0.05  /* [mrad] of the whole estimator during the transient */
+#define MRAD_APART      0.01  /* [mrad] of the whole estimator after it */
+#define SPEED_APART     0.003 /* [rad/s] of the whole estimator after the transient */
 
-static fixed_t fix; /* next to est, the float estimator */
+static fixed_t fix; /* the fixed-point estimator; est is the float one */
 
 static estimator_params_t twin_params(smo_switching_t switching, lag_mode_t lag, float emf_cutoff)
 {
@@ -45,13 +45,13 @@ static void test_units_are_the_bases_over_their_counts(void)
 {
     estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 0.0f);
     init_both(&params);
-    /* k_s 200 V: U = 256 V; k_s T/L = 1.6 A: I = 2 A. */
+    /* With k_s 200 V, U = 256 V; k_s T/L = 1.6 A, so that I = 2 A. */
     TEST_ASSERT_EQUAL_FLOAT(256.0f / 134217728.0f, fix.scale.units.voltage);
     TEST_ASSERT_EQUAL_FLOAT(2.0f / 33554432.0f, fix.scale.units.current);
     TEST_ASSERT_DOUBLE_WITHIN(2e-12, 2.0 * PI / T / 2147483648.0, (double)fix.scale.units.speed);
 }
 
-/* Both observers run on the same data for a second; currents of 0 and 6 A, both directions. */
+/* Both observers run on the same data for a second, with currents of 0 and 6 A in both directions. */
 static void check_observers(smo_switching_t switching, float emf_cutoff)
 {
     estimator_params_t params = twin_params(switching, LAG_CORRECTED, emf_cutoff);
@@ -90,9 +90,9 @@ static void test_observers_of_both_forms(void)
     }
 }
 
-/* ---- all in succession ---- */
+/* ---- all blocks of the estimator in succession ---- */
 
-/* From an error of 0.1 rad, through the transient, then settled. */
+/* Compares both estimators from an error of 0.1 rad on, through the transient and after it. */
 static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf_cutoff)
 {
     static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
@@ -135,7 +135,8 @@ static void test_estimators_of_both_forms(void)
 
 /* ---- the boundary ---- */
 
-/* Accepted by the float estimator, and beyond what a format of the fixed one holds, above or below. */
+/* Each set is accepted by the float estimator and exceeds the range of a fixed-point format, above or
+ * below. */
 static void test_constants_that_do_not_fit_are_refused_by_name(void)
 {
 #define SET(field, value)                                                                                    \
@@ -147,7 +148,7 @@ static void test_constants_that_do_not_fit_are_refused_by_name(void)
         bool above;
         lag_mode_t lag;
         struct {
-            size_t at; /* 0: no more */
+            size_t at; /* 0 ends the list */
             float value;
         } set[3];
     } cases[] = {
@@ -156,7 +157,7 @@ static void test_constants_that_do_not_fit_are_refused_by_name(void)
         {"flux_linkage", false, LAG_EXACT, {SET(flux_linkage, 0.005f)}},
         {"amplitude_floor", false, LAG_EXACT, {SET(pll.amplitude_floor, 2e-3f)}},
         {"amplitude_floor", true, LAG_EXACT, {SET(pll.amplitude_floor, 2e3f)}},
-        {"torque_feedforward", /* I = 32 A */
+        {"torque_feedforward", /* I would be 32 A */
          true,
          LAG_EXACT,
          {SET(smo.inductance, 1e-3f), SET(smo.slope, 0.1f), SET(torque_feedforward, 9e6f)}},
@@ -222,7 +223,7 @@ static void test_samples_that_do_not_fit_are_invalid(void)
     }
 }
 
-/* 4 U = 1024 V and 16 I = 32 A are still measurements. */
+/* 4 U = 1024 V and 16 I = 32 A are the largest valid values. */
 static void test_range_of_the_samples(void)
 {
     estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
@@ -236,7 +237,8 @@ static void test_range_of_the_samples(void)
     TEST_ASSERT_EQUAL_UINT16(ESTIMATOR_SAMPLE, fixed_invalid(&fix) & ESTIMATOR_SAMPLE);
 }
 
-/* k_s 300 V needs U = 512 V and I = 4 A: the state is carried over, and back, and goes on as float's does. */
+/* k_s of 300 V needs U = 512 V and I = 4 A: the state is converted to these bases and back, and continues
+ * like that of the float estimator. */
 static void test_take_in_other_bases_keeps_the_estimate(void)
 {
     estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
@@ -267,8 +269,7 @@ static void test_take_in_other_bases_keeps_the_estimate(void)
     check_below(apart, TRANSIENT_APART, "angle [mrad]");
 }
 
-/* The largest count of each criterion, on the count: at the limit it still holds, one count beyond it does
- * not. */
+/* The limit of each criterion in counts: a value at the limit holds, a value one count beyond does not. */
 static void test_at_its_limit_a_criterion_still_holds(void)
 {
     estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);

@@ -1,5 +1,5 @@
-/* The effect on the EMF of three legs that lose different voltages and have different resistances, summed leg
- * by leg; expected are the differences from their mean. */
+/* The effect on the EMF of three legs with different voltage losses and different resistances, summed leg
+ * by leg. The expected values are the differences from the mean of the legs. */
 #include "medium/adapt/unequal_legs.h"
 #include "tests/unit/vectors.h"
 
@@ -9,9 +9,9 @@
 static const unequal_legs_tuning_t TUNING = {(float)RATE, (float)(1.0 / RATE), 2.0f, 0.08f, 0.3f, 0.025f,
                                              20.0f};
 static unequal_legs_t legs;
-static double angle; /* of the current [rad] */
+static double angle; /* [rad] angle of the current */
 
-/* Values of the three legs, without their common part. */
+/* The values of the three legs without their common part. */
 typedef struct {
     double volt[3]; /* [V] */
     double ohm[3];  /* [ohm] */
@@ -29,13 +29,14 @@ static double complex axis(int32_t leg)
     return cexp(J * (2.0 * PI / 3.0 * leg));
 }
 
-/* Part of a difference, given as a vector, that is this leg's. */
+/* The part of a difference, given as a vector, that belongs to this leg. */
 static double of_leg(ab_t difference, int32_t leg)
 {
     return creal(of_ab(difference) * conj(axis(leg)));
 }
 
-/* The EMF without its mean: the loss beyond the assumed one, without the part that turns with the current. */
+/* The EMF without its mean: the loss beyond the assumed one, without the part that rotates with the
+ * current. */
 static double complex rest_of(const lost_t *lost, double complex current)
 {
     const double volt = (lost->volt[0] + lost->volt[1] + lost->volt[2]) / 3.0;
@@ -71,7 +72,7 @@ static void expect(const lost_t *lost, double volt_within, double ohm_within)
     }
 }
 
-/* Both kinds are distinguished, each leg by itself, at one speed and one current. */
+/* Voltage and resistance are distinguished for each leg by itself, at one speed and one current. */
 static void test_voltage_and_resistance_of_a_leg_are_distinguished(void)
 {
     static const lost_t cases[] = {

@@ -2,7 +2,8 @@
 
 #include "tests/unit/compare.h"
 
-/* A family of rotors: L_q 20 mH, psi_f 0.1 Wb, 15 A; without R, so that voltage is speed times flux. */
+/* A family of rotors with L_q 20 mH, psi_f 0.1 Wb and 15 A. R is zero, so that the voltage is speed times
+ * flux. */
 #define FLUX    0.1
 #define L_Q     20e-3
 #define CURRENT 15.0
@@ -45,7 +46,8 @@ static void look(double omega)
     weakening_look(&weakening, (float)U_DC, (float)omega, (dq_t){(float)(USE * U_DC), 0.0f});
 }
 
-/* The most torque over 1.5 p psi_f [A] at this flux [Wb], by trying every i_d that the circle holds. */
+/* Returns the largest torque at this flux [Wb], divided by 1.5 p psi_f [A]. Every i_d within the current
+ * limit is tried. */
 static double most_torque(double flux)
 {
     double most = 0.0;
@@ -61,7 +63,8 @@ static double most_torque(double flux)
     return most;
 }
 
-/* Up to six times the flux of rest, both directions: circle, ellipse, and where MTPV is within 15 A. */
+/* The flux goes up to six times the smallest one, in both directions: current limit, voltage ellipse, and
+ * the range in which MTPV is within 15 A. */
 static void test_the_most_torque_is_that_of_trying_every_i_d(void)
 {
     for (unsigned n = 0; n < RATIOS; n++) {
@@ -81,8 +84,8 @@ static void test_the_most_torque_is_that_of_trying_every_i_d(void)
     }
 }
 
-/* Any torque up to that: at i_d of most torque per ampere if the voltage carries it, else on the ellipse, to
- * a thousandth of its flux. */
+/* Any torque up to the largest one is made with the i_d of most torque per ampere if the voltage allows
+ * it. Otherwise i_d is on the voltage ellipse, within a thousandth of its flux. */
 static void test_a_torque_takes_no_more_i_d_than_the_voltage_needs(void)
 {
     for (unsigned n = 0; n < RATIOS; n++) {
@@ -123,7 +126,7 @@ static void test_i_d_is_the_same_in_every_quarter(void)
     }
 }
 
-/* Where (psi_f + L_q I) omega + R I is less than the voltage, nothing is changed. */
+/* If (psi_f + L_q I) omega + R I is below the voltage, nothing is changed. */
 static void test_below_the_voltage_nothing_is_weakened(void)
 {
     begin(2.0, 1.0);
@@ -144,7 +147,8 @@ static void test_off_is_off(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, weakening_i_d(&weakening, 20.0f, 0.0f, 4000.0f));
 }
 
-/* R takes 15 A of 1 ohm along the EMF of a current along it: driving the flux is less, braking more. */
+/* R takes 15 A of 1 ohm along the EMF: the available flux is smaller while driving and larger while
+ * braking. */
 static void test_the_drop_of_r_counts_in_the_direction_of_the_emf(void)
 {
     begin(1.0, 1.0);
@@ -158,7 +162,7 @@ static void test_the_drop_of_r_counts_in_the_direction_of_the_emf(void)
             (void)weakening_i_d(&weakening, torque, 0.0f, 1500.0f);
         }
         seen[n] = (double)weakening_i_d(&weakening, torque, 0.0f, 1500.0f);
-        /* by hand: |R i + j omega psi_s| is the voltage */
+        /* The voltage is |R i + j omega psi_s|. */
         const double i_q = (double)torque;
         const double u_d = seen[n] - 1500.0 * L_Q * i_q;
         const double u_q = i_q + 1500.0 * (FLUX + l_d * seen[n]);
@@ -167,8 +171,8 @@ static void test_the_drop_of_r_counts_in_the_direction_of_the_emf(void)
     TEST_ASSERT_TRUE(seen[0] < seen[1] - 0.1);
 }
 
-/* The requested voltage reaches u for any configured data: a psi_f that is 10 % more than assumed
- * takes a trim of about -0.05. */
+/* The requested voltage reaches u with any configured data: if psi_f is 10 % larger than configured, the
+ * trim is about -0.05. */
 static void test_the_trim_brings_the_voltage_to_its_share(void)
 {
     begin(2.0, 0.0);
@@ -184,7 +188,7 @@ static void test_the_trim_brings_the_voltage_to_its_share(void)
     }
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * USE * U_DC, USE * U_DC, asked);
     TEST_ASSERT_TRUE(weakening.trim < -0.02f && weakening.trim > -0.2f);
-    for (int k = 0; k < 400; k++) { /* no i_d changes the voltage: the trim ends */
+    for (int k = 0; k < 400; k++) { /* the voltage does not depend on i_d, and the trim reaches its end */
         weakening_look(&weakening, (float)U_DC, 1500.0f, (dq_t){1e3f, 0.0f});
         (void)weakening_i_d(&weakening, 2.0f, 0.0f, 1500.0f);
     }

@@ -1,14 +1,13 @@
-/* The slave by octets: commands as the standard (ASAM MCD-1 XCP 1.x, "Command reference") lays them out, and
- * the answers that it lays out for them. The addresses lead to a memory of this file: extension 1,
- * slots 1 to 8, which may hold anything but 0xDEADDEAD; extension 0, which cannot be written; texts of
- * extensions 5 and 6. */
+/* The slave octet by octet: commands and answers as the standard (ASAM MCD-1 XCP 1.x, "Command reference")
+ * defines them. The addresses lead to a memory of this file: extension 1 has slots 1 to 8, which accept
+ * any value but 0xDEADDEAD; extension 0 cannot be written; extensions 5 and 6 have texts. */
 #include "contract/line.h"
 #include "talk/xcp.h"
 
 #include "tests/unit/compare.h"
 #include <stdlib.h>
 
-#define SLOTS 9u /* slot 0 is none */
+#define SLOTS 9u /* slot 0 does not exist */
 
 static xcp_t xcp;
 static daq_t daq;
@@ -19,9 +18,9 @@ static uint32_t memory[SLOTS];
 static uint32_t applied_memory[SLOTS];
 static bool set_is_bad;
 static uint32_t clock_now;
-static uint32_t key; /* 0: open */
+static uint32_t key; /* 0: no key is needed */
 
-/* NULL: it holds none. */
+/* The text of an extension; NULL if it has none. */
 static const char *text_of(uint32_t extension)
 {
     return extension == XCP_EXTENSION_A2L     ? "a file to upload, 33 octets of it"
@@ -82,7 +81,7 @@ static bool none_coded(uint32_t extension, uint32_t address, uint32_t count, con
     return false;
 }
 
-/* This value in slot 1, and nothing else. */
+/* Returns true if this write sets slot 1 to this value, and nothing else. */
 static bool stops(uint32_t extension, uint32_t address, uint32_t slot)
 {
     return extension == 1u && address == 4u && slot == UINT32_C(0x57099057);
@@ -144,7 +143,7 @@ static xcp_access_t access = {
 
 /* ---- octets ---- */
 
-/* By their text: hexadecimal, and letters between quotes. */
+/* The octets in a text: hexadecimal numbers, and letters between quotes. */
 static uint32_t octets_of(const char *text, uint16_t *octets)
 {
     uint32_t count = 0u;
@@ -188,7 +187,7 @@ static void ask(const char *command, const char *expected)
     expect(expected, answer, length);
 }
 
-/* Commands that are done, without an answer of their own. */
+/* Sends commands whose answers are not compared. */
 static void prepare(const char *commands)
 {
     char command[80];
@@ -201,8 +200,8 @@ static void prepare(const char *commands)
     }
 }
 
-/* RESOURCE: CAL/PAG and DAQ. COMM_MODE_BASIC: Intel, BYTE, no block mode, GET_COMM_MODE_INFO is there.
- * MAX_CTO 64, MAX_DTO 128, both versions 1. */
+/* RESOURCE is CAL/PAG and DAQ. COMM_MODE_BASIC is Intel order, BYTE, no block mode, with
+ * GET_COMM_MODE_INFO. MAX_CTO is 64, MAX_DTO 128, both versions are 1. */
 #define CONNECTED "FF 05 80 40 80 00 01 01"
 
 void setUp(void)
@@ -234,7 +233,7 @@ static void test_without_a_connection_only_connect_is_answered(void)
     ask("FF 00", CONNECTED);
 }
 
-/* A list of one ODT of one entry, to which the pointer is set. */
+/* Allocates a list of one ODT of one entry, and sets the pointer to this entry. */
 #define ONE_LIST "D5 00 01 00, D4 00 00 00 01, D3 00 00 00 00 01, E2 00 00 00 00 00"
 
 static void test_a_new_connection_begins_again(void)
@@ -242,14 +241,14 @@ static void test_a_new_connection_begins_again(void)
     prepare(ONE_LIST ", E1 FF 04 00 04 00 00 00");
     ask("DE 01 00 00", "FF 00");
     prepare("EB 02 00 00");
-    ask("FD", "FF 40 00 00 00 00"); /* DAQ_RUNNING */
+    ask("FD", "FF 40 00 00 00 00"); /* the status is DAQ_RUNNING */
     ask("FF 00", CONNECTED);
     ask("FD", "FF 00 00 00 00 00");
-    ask("EA 02 00", "FF 00 00 01"); /* the client looks at the staged page again */
+    ask("EA 02 00", "FF 00 00 01"); /* the client selects the staged page again */
     TEST_ASSERT_EQUAL_UINT32(0u, daq.lists);
 }
 
-/* Synchronisation is answered by its error, the mode of communication by octets. */
+/* SYNCH is answered by its error code, GET_COMM_MODE_INFO by octets. */
 static void test_unknown_commands_are_reported(void)
 {
     ask("FC", "FE 00");
@@ -262,7 +261,7 @@ static void test_unknown_commands_are_reported(void)
     }
 }
 
-/* Octets that a command needs at least; one fewer is a mistake of syntax. */
+/* The number of octets that a command needs at least; one octet fewer is a syntax error. */
 static void test_short_commands_are_reported(void)
 {
     static const struct {
@@ -289,7 +288,7 @@ static void connect_locked(void)
     ask("FD", "FF 00 01 00 00 00");
 }
 
-/* CAL/PAG: the octets of the seed. */
+/* The octets of the seed for CAL/PAG. */
 static uint32_t seed_of_drive(void)
 {
     send((const uint16_t[]){0xF8, 0u, 1u}, 3u);
@@ -312,7 +311,7 @@ static void answer_seed(uint32_t reply, const char *expected)
     expect(expected, answer, length);
 }
 
-/* By another program that follows the text of docs/serial.md. */
+/* The expected answer was computed by another program that follows the text of docs/serial.md. */
 static void test_the_answer_to_a_seed_is_that_of_the_guide(void)
 {
     static const struct {
@@ -365,7 +364,7 @@ static void test_a_locked_slave_takes_a_stop_and_nothing_beside_it(void)
     ask("F0 04 57 90 09", "FE 25");
     ask("F0 04 57 90 09 57", "FF");
     TEST_ASSERT_EQUAL_HEX32(0x57099057u, memory[1]);
-    ask("F0 04 57 90 09 57", "FE 25"); /* the address is then behind it */
+    ask("F0 04 57 90 09 57", "FE 25"); /* the address points after it */
 }
 
 static void test_the_right_answer_opens_the_session_and_no_other_one(void)
@@ -377,7 +376,7 @@ static void test_the_right_answer_opens_the_session_and_no_other_one(void)
     ask("F0 04 78 56 34 12", "FF");
     TEST_ASSERT_EQUAL_HEX32(0x12345678u, memory[1]);
     ask("EB 01 00 00", "FF");
-    answer_seed(0u, "FF 00"); /* repeated, its answer was lost */
+    answer_seed(0u, "FF 00"); /* repeated as if its answer had been lost */
     ask("FF 00", CONNECTED);
     ask("FD", "FF 00 01 00 00 00");
     ask("F6 00 00 01 04 00 00 00", "FF");
@@ -394,7 +393,7 @@ static void test_a_wrong_answer_ends_the_session(void)
     }
     connect_locked();
     (void)seed_of_drive();
-    ask("F7 02 00 00", "FE 25"); /* of another length */
+    ask("F7 02 00 00", "FE 25"); /* the length is wrong */
     ask("FD", "");
 }
 
@@ -403,7 +402,7 @@ static void test_a_seed_is_good_for_one_answer(void)
     connect_locked();
     answer_seed(0u, "FE 29"); /* no seed was requested */
     const uint32_t first = seed_of_drive();
-    const uint32_t second = seed_of_drive(); /* at the same time */
+    const uint32_t second = seed_of_drive(); /* the seed at the same time */
     TEST_ASSERT_TRUE(first != second);
     answer_seed(line_unlocks(first, key), "FE 25");
     connect_locked();
@@ -413,13 +412,13 @@ static void test_a_seed_is_good_for_one_answer(void)
 static void test_other_resources_are_open_and_a_seed_comes_in_one_piece(void)
 {
     connect_locked();
-    ask("F8 00 04", "FF 00"); /* DAQ */
+    ask("F8 00 04", "FF 00"); /* DAQ needs no key: the seed is empty */
     ask("F8 01 00", "FE 29");
     ask("F8 00 00", "FE 22");
     ask("F8 00 05", "FE 22");
 }
 
-/* Mode 1: the text is in the answer. Mode 0: it is uploaded from where the transfer address now is. */
+/* In mode 1 the text is part of the answer; in mode 0 it is uploaded from the transfer address. */
 static void test_identification(void)
 {
     ask("FA 00", "FF 01 00 00 07 00 00 00 'lagless'");
@@ -429,7 +428,7 @@ static void test_identification(void)
     ask("F5 03", "FF ' to'");
     ask("FA 05", "FF 00 00 00 10 00 00 00");
     ask("F5 08", "FF 'lagless-'");
-    ask("FA 02", "FF 00 00 00 00 00 00 00"); /* nothing of this type */
+    ask("FA 02", "FF 00 00 00 00 00 00 00"); /* this type does not exist */
     ask("FA C8", "FF 00 00 00 00 00 00 00");
 }
 
@@ -442,8 +441,8 @@ static void test_uploads_go_on_where_the_last_one_ended(void)
     ask("F5 06", "FF 08 09 0A 0B 0C 0D");
     ask("F5 01", "FF 0E");
     ask("F4 04 00 01 08 00 00 00", "FF 08 09 0A 0B");
-    ask("F5 04", "FF 0C 0D 0E 0F");             /* the transfer address is then behind it */
-    ask("F4 02 00 00 07 00 00 00", "FF 07 08"); /* from the midst of a slot */
+    ask("F5 04", "FF 0C 0D 0E 0F");             /* the transfer address points after these octets */
+    ask("F4 02 00 00 07 00 00 00", "FF 07 08"); /* from the middle of a slot */
 }
 
 static void test_what_is_not_there_is_out_of_range(void)
@@ -454,9 +453,9 @@ static void test_what_is_not_there_is_out_of_range(void)
     ask("F4 04 00 01 04 00 00 80", "FE 22");
     ask("F4 04 00 02 04 00 00 00", "FE 22");
     ask("F4 04 00 FF 04 00 00 00", "FE 22");
-    ask("F4 05 00 01 20 00 00 00", "FE 22"); /* begins within, ends outside */
+    ask("F4 05 00 01 20 00 00 00", "FE 22"); /* begins within the range and ends outside */
     ask("F4 00 00 01 04 00 00 00", "FE 22");
-    ask("F4 40 00 01 04 00 00 00", "FE 22"); /* one octet more than an answer holds */
+    ask("F4 40 00 01 04 00 00 00", "FE 22"); /* one octet more than an answer can hold */
 }
 
 static void test_download_writes_slots(void)
@@ -465,7 +464,7 @@ static void test_download_writes_slots(void)
     ask("F0 08 11 22 33 44 55 66 77 88", "FF");
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x44332211), memory[2]);
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x88776655), memory[3]);
-    ask("F0 04 01 00 00 00", "FF"); /* and the address goes on */
+    ask("F0 04 01 00 00 00", "FF"); /* the address is incremented */
     TEST_ASSERT_EQUAL_HEX32(1u, memory[4]);
 }
 
@@ -474,17 +473,17 @@ static void test_a_refused_download_changes_nothing(void)
     uint32_t before[SLOTS];
     memcpy(before, memory, sizeof memory);
     ask("F6 00 00 01 04 00 00 00", "FF");
-    ask("F0 08 01 00 00 00 AD DE AD DE", "FE 22"); /* the second of two */
-    ask("F0 02 01 00", "FE 22");                   /* half a slot */
+    ask("F0 08 01 00 00 00 AD DE AD DE", "FE 22"); /* the second of two values */
+    ask("F0 02 01 00", "FE 22");                   /* half of a slot */
     ask("F0 00", "FE 22");
     ask("F0 04 01 00 00", "FE 21"); /* an octet is missing */
-    ask("F0 3F 01 00 00", "FE 21"); /* more than a command holds */
+    ask("F0 3F 01 00 00", "FE 21"); /* more than a command can hold */
     ask("F0 FF 01 00 00", "FE 21");
-    ask("F6 00 00 01 05 00 00 00", "FF"); /* across two slots */
+    ask("F6 00 00 01 05 00 00 00", "FF"); /* parts of two slots */
     ask("F0 04 01 00 00 00", "FE 22");
     ask("F6 00 00 00 04 00 00 00", "FF"); /* a signal */
     ask("F0 04 01 00 00 00", "FE 23");
-    ask("F6 00 00 09 04 00 00 00", "FF"); /* nothing at all */
+    ask("F6 00 00 09 04 00 00 00", "FF"); /* no slot exists there */
     ask("F0 04 01 00 00 00", "FE 22");
     TEST_ASSERT_EQUAL_HEX32_ARRAY(before, memory, SLOTS);
 }
@@ -494,13 +493,13 @@ static void test_checksum_of_a_block(void)
 {
     ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F3 00 00 00 0C 00 00 00", "FF 09 00 00 39 1C FF BC");
-    ask("F5 01", "FF 10"); /* the address is then behind the block */
+    ask("F5 01", "FF 10"); /* the address points after the block */
     ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F3 00 00 00 00 00 00 00", "FE 22");
     ask("F3 00 00 00 0D 00 00 00", "FE 22");
     ask("F3 00 00 00 00 00 00 80", "FE 22 00 00 00 10 00 00"); /* the largest block is 1000h octets */
     ask("F3 00 00 00 01 10 00 00", "FE 22 00 00 00 10 00 00");
-    ask("F3 00 00 00 00 10 00 00", "FE 22"); /* runs out of what there is */
+    ask("F3 00 00 00 00 10 00 00", "FE 22"); /* the block ends beyond the range */
 }
 
 /* ---- pages ---- */
@@ -521,11 +520,11 @@ static void test_setting_the_drives_page_applies_the_staged_set(void)
 
 static void test_pages_that_there_are_not(void)
 {
-    ask("EB 01 00 01", "FE 26"); /* the drive runs on no staged set */
+    ask("EB 01 00 01", "FE 26"); /* the drive cannot run on the staged page */
     ask("EB 02 00 02", "FE 26");
     ask("EB 00 00 00", "FE 27");
     ask("EB 01 01 00", "FE 28");
-    ask("EB 81 07 00", "FF"); /* of all segments */
+    ask("EB 81 07 00", "FF"); /* for all segments */
     ask("EA 03 00", "FE 27");
     ask("EA 01 01", "FE 28");
 }
@@ -538,7 +537,7 @@ static void test_the_client_chooses_the_page_that_it_reads(void)
     ask("EA 02 00", "FF 00 00 00");
 }
 
-/* One segment of two pages, without mappings, at address 4 of extension 1, 32 octets long. */
+/* One segment with two pages, without mappings, at address 4 of extension 1, 32 octets long. */
 static void test_description_of_segment_and_pages(void)
 {
     ask("E9", "FF 01 00");
@@ -556,10 +555,12 @@ static void test_description_of_segment_and_pages(void)
 
 /* ---- data acquisition ---- */
 
-/* DAQ_PROPERTIES: dynamic, prescaler, stamps, overload by event. Lists as allocated, one event, none
- * predefined, key 0: absolute ODT numbers. Resolution: entries of four octets; stamps of four octets, fixed,
- * unit 5 (100 us), one tick each. Event 0: for DAQ, consistent as a whole, two lists, nine letters of name,
- * every 1 x 100 us. Other carriers: 50 us are 5 x 10 us; 62.5 us are 625 x 100 ns, as an octet 63 x 1 us. */
+/* DAQ_PROPERTIES are: dynamic, prescaler, stamps, overload by event. The lists are those that were
+ * allocated, there is one event, no list is predefined, and key 0 means absolute ODT numbers. The
+ * resolution states entries of four octets, and fixed time stamps of four octets with unit 5 (100 us) and
+ * one tick each. Event 0 is for DAQ and consistent as a whole; it has two lists, a name of nine letters
+ * and a period of 1 x 100 us. With other carriers 50 us are 5 x 10 us; 62.5 us are 625 x 100 ns, as an
+ * octet 63 x 1 us. */
 static void test_description_of_acquisition(void)
 {
     ask("DA", "FF 93 00 00 01 00 00 00");
@@ -577,13 +578,13 @@ static void test_description_of_acquisition(void)
     ask("D7 00 00 00", "FF 84 02 09 3F 03 FF");
 }
 
-/* Two ODTs of list 0: slots 1 and 2, and slot 3; one of list 1: slot 4. */
+/* List 0 has two ODTs, with slots 1 and 2 and with slot 3; list 1 has one, with slot 4. */
 static void configure(void)
 {
     prepare("D6, D5 00 02 00, D4 00 00 00 02, D4 00 01 00 01");
     prepare("D3 00 00 00 00 02, D3 00 00 00 01 01, D3 00 01 00 00 01, E2 00 00 00 00 00");
-    prepare("E1 FF 04 00 04 00 00 00, E1 FF 04 00 08 00 00 00"); /* the pointer goes on */
-    ask("E1 FF 04 00 0C 00 00 00", "FE 22");                     /* but not into the next ODT */
+    prepare("E1 FF 04 00 04 00 00 00, E1 FF 04 00 08 00 00 00"); /* the pointer is incremented */
+    ask("E1 FF 04 00 0C 00 00 00", "FE 22");                     /* but it does not move to the next ODT */
     prepare("E2 00 00 00 01 00, E1 FF 04 00 0C 00 00 00, E2 00 01 00 00 00, E1 FF 04 00 10 00 00 00");
     prepare("E0 10 00 00 00 00 01 00, E0 10 01 00 00 00 03 00");
 }
@@ -600,8 +601,8 @@ static void packet(const char *text)
     expect(text, octets, count);
 }
 
-/* By select and a common start, as recorders do it: both lists begin in the same period; packets are ODT
- * number, stamp in the first of a list, values. */
+/* Two lists are selected and started together, as recorders do it: both begin in the same period. A packet
+ * contains the number of the ODT, in the first packet of a list a stamp, and the values. */
 static void test_selected_lists_start_together(void)
 {
     char stamped[60];
@@ -638,7 +639,7 @@ static void test_one_list_is_started_and_stopped_by_itself(void)
     sample(1u);
     packet("02 01 00 00 00 10 11 12 13");
     packet("");
-    ask("DE 01 00 00", "FF 00"); /* the other one in the same list, which is not disturbed */
+    ask("DE 01 00 00", "FF 00"); /* the other type of start, which does not disturb this list */
     sample(2u);
     packet("00 02 00 00 00 04 05 06 07 08 09 0A 0B");
     packet("01 0C 0D 0E 0F");
@@ -648,7 +649,7 @@ static void test_one_list_is_started_and_stopped_by_itself(void)
     sample(4u);
     packet("02 04 00 00 00 10 11 12 13");
     ask("DE 02 01 00", "FF 02");
-    ask("DD 02", "FF"); /* stop what is selected */
+    ask("DD 02", "FF"); /* stops the selected list */
     ask("FD", "FF 00 00 00 00 00");
 }
 
@@ -662,7 +663,7 @@ static void test_a_running_list_is_not_changed(void)
     ask("E2 00 00 00 00 00", "FF");
     ask("E1 FF 04 00 04 00 00 00", "FE 11");
     ask("E0 10 00 00 00 00 01 00", "FE 11");
-    ask("D6", "FF"); /* but all of it may be given up */
+    ask("D6", "FF"); /* it is allowed to release all of them */
     TEST_ASSERT_EQUAL_UINT32(0u, daq.running);
 }
 
@@ -695,19 +696,19 @@ static void test_what_cannot_be_measured_is_refused(void)
     ask("E2 00 00 00 01 00", "FE 22");
     ask("E2 00 01 00 00 00", "FE 22");
     ask("E2 00 00 00 00 00", "FF");
-    ask("E1 FF 02 00 04 00 00 00", "FE 22"); /* half a slot */
-    ask("E1 FF 08 00 04 00 00 00", "FE 22"); /* two of them */
-    ask("E1 03 04 00 04 00 00 00", "FE 22"); /* one bit */
+    ask("E1 FF 02 00 04 00 00 00", "FE 22"); /* half of a slot */
+    ask("E1 FF 08 00 04 00 00 00", "FE 22"); /* two slots */
+    ask("E1 03 04 00 04 00 00 00", "FE 22"); /* a single bit */
     ask("E1 FF 04 01 04 00 00 00", "FE 22"); /* a parameter */
-    ask("E1 FF 04 00 06 00 00 00", "FE 22"); /* across two slots */
-    ask("DE 01 00 00", "FE 2A");             /* and nothing was written */
+    ask("E1 FF 04 00 06 00 00 00", "FE 22"); /* parts of two slots */
+    ask("DE 01 00 00", "FE 2A");             /* no entry was written */
     ask("DE 01 01 00", "FE 22");
     ask("DE 03 00 00", "FE 27");
     ask("DD 04", "FE 27");
-    ask("E0 12 00 00 00 00 01 00", "FE 27"); /* stimulation */
-    ask("E0 30 00 00 00 00 01 00", "FE 27"); /* without number */
-    ask("E0 10 00 00 01 00 01 00", "FE 22"); /* another event */
-    ask("E0 10 01 00 00 00 01 00", "FE 22"); /* another list */
+    ask("E0 12 00 00 00 00 01 00", "FE 27"); /* stimulation is not supported */
+    ask("E0 30 00 00 00 00 01 00", "FE 27"); /* packets without a number are not supported */
+    ask("E0 10 00 00 01 00 01 00", "FE 22"); /* an event that does not exist */
+    ask("E0 10 01 00 00 00 01 00", "FE 22"); /* a list that does not exist */
 }
 
 static void test_a_common_start_is_all_or_nothing(void)

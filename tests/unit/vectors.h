@@ -29,7 +29,7 @@ static inline ab_t to_ab(double complex vector)
     return (ab_t){(float)creal(vector), (float)cimag(vector)};
 }
 
-/* Of phase 0, 1 or 2. */
+/* The component of phase 0, 1 or 2. */
 static inline double phase_of(double complex vector, int phase)
 {
     return creal(vector * cexp(-J * (2.0 * PI / 3.0 * phase)));

@@ -1,4 +1,4 @@
-/* The largest error of a sweep over the floats, kept and judged. */
+/* The largest error in a sweep over floats, stored and judged. */
 #ifndef TESTS_UNIT_WORST_H
 #define TESTS_UNIT_WORST_H
 
@@ -26,7 +26,7 @@ static inline void check(const char *what, double tolerance)
     TEST_ASSERT_TRUE_MESSAGE(worst <= tolerance, text);
 }
 
-/* n floats on from `value`, which is positive. */
+/* The float that is n floats above `value`, which is positive. */
 static inline float floats_on(float value, uint32_t n)
 {
     uint32_t bits;

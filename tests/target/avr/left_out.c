@@ -1,5 +1,5 @@
-/* The tests that this target cannot judge, each by file and name and with its reason. replay.c compares their
- * subject with the host, bit for bit. Whole modules are left out in CMakeLists.txt. */
+/* The tests that this target cannot run, each with file, name and reason. replay.c compares their subjects
+ * with the host, bit for bit. CMakeLists.txt leaves out whole modules. */
 #include <string.h>
 #include <unity.h>
 

@@ -1,4 +1,5 @@
-/* Goes before every test of this target: RUN_TEST looks a test up in left_out.c before it runs it. */
+/* Included before every test of this target: RUN_TEST searches for a test in left_out.c before it runs the
+ * test. */
 #ifndef TARGET_LEFT_OUT_H
 #define TARGET_LEFT_OUT_H
 

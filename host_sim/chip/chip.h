@@ -46,17 +46,18 @@ typedef enum {
     CHIP_NO_VECTOR,        /* interrupt taken whose PIE vector was never written: the CPU is lost (halted) */
     CHIP_ADC_OVERRUN, /* start of conversion while the sequencer is busy: the first one waits, others are lost
                        */
-    CHIP_ADC_NOT_POWERED, /* conversion before the 5 ms of power-up were over: result is wrong (reads 0) */
-    CHIP_ADC_TOO_FAST, /* conversion with ADCCLK above 25 MHz; the result here is right, on silicon it is not
-                        */
-    CHIP_WATCHDOG_RESET, /* overflow, wrong WDCHK or wrong WDKEY: the chip was reset (CPU halted until
-                            chip_boot) */
-    CHIP_FLASH_TOO_FAST, /* SYSCLK above what the flash wait states allow */
-    CHIP_SERIAL_LOST,    /* octet written while the transmit FIFO was full, or the transmitter off: lost */
-    CHIP_FLASH_MISUSE,   /* flash erased or programmed with interrupts or watchdog on, or without the API:
-                            refused */
-    CHIP_FLASH_BEYOND,   /* word programmed behind those of a page that this model keeps: refused */
-    CHIP_I2C_MISUSE,     /* I2C clock changed out of reset (ignored), or START with it outside 7 to 12 MHz */
+    CHIP_ADC_NOT_POWERED, /* conversion within the 5 ms of the power-up: the result is wrong (0) */
+    CHIP_ADC_TOO_FAST,    /* conversion with ADCCLK above 25 MHz; the result of this model is right, that of
+                           * silicon is not
+                           */
+    CHIP_WATCHDOG_RESET,  /* overflow, wrong WDCHK or wrong WDKEY: the chip was reset (CPU halted until
+                             chip_boot) */
+    CHIP_FLASH_TOO_FAST,  /* SYSCLK too high for the flash wait states */
+    CHIP_SERIAL_LOST,     /* octet written while the transmit FIFO was full, or the transmitter off: lost */
+    CHIP_FLASH_MISUSE,    /* flash erased or programmed with interrupts or watchdog on, or without the API:
+                             refused */
+    CHIP_FLASH_BEYOND,    /* word programmed behind those of a page that this model keeps: refused */
+    CHIP_I2C_MISUSE,      /* I2C clock changed out of reset (ignored), or START with it outside 7 to 12 MHz */
     CHIP_REPORT_KINDS
 } chip_report_kind_t;
 

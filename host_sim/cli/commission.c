@@ -139,7 +139,7 @@ static bool write_motor(const char *path, const char *scenario, const commission
     return output_close(file, path);
 }
 
-/* The steps on a drive that is a rig or at the end of a line. */
+/* Runs the steps on a simulated drive or on one at a serial link. */
 typedef struct {
     rig_t *rig;
     commission_line_t line;
@@ -183,7 +183,7 @@ static void close_machine(machine_t *machine)
     master_close(machine->line.master);
 }
 
-/* The parameters of a drive at a line into its flash. */
+/* Saves the parameters of a drive at a serial link in its flash. */
 static bool save(machine_t *machine)
 {
     master_refusal_t refusal = {0};

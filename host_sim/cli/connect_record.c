@@ -294,7 +294,7 @@ static recorder_t *open_recorder(session_t *session, const place_t *place, const
     return recorder;
 }
 
-/* Says where it is. */
+/* Prints the position in the script before an error. */
 static bool close_recorder(session_t *session, recorder_t *recorder, const place_t *place, const char *ended)
 {
     recorder_error_t error;

@@ -57,7 +57,7 @@ typedef struct {
     uint32_t count;
     uint32_t formats;
     char name[256];
-    recorder_t *recorder; /* NULL: none is wanted */
+    recorder_t *recorder; /* NULL: none is requested */
 } recording_t;
 
 /* All signals of the drive, as many as a tap takes. */
@@ -264,16 +264,16 @@ int command_replay(int argc, char **argv)
         ARGUMENTS_OUTPUT("one JSON object on stdout", "folder for a recording of all signals"),
         {"format", 'f', "FORMATS", 0, "csv (default), mat, mdf, separated by commas", 0},
         {0}};
-    static const struct argp argp = {
-        rows,
-        parse,
-        "FILE",
-        "Runs the drive's own tasks on the samples that a drive recorded before a fault, compares duties and "
-        "gates of each period with those of the drive, and explains the fault.\v"
-        "The exit code is 0 if all is the same, 1 if not.",
-        NULL,
-        NULL,
-        NULL};
+    static const struct argp argp = {rows,
+                                     parse,
+                                     "FILE",
+                                     "Runs the tasks of the drive on the samples that a drive recorded "
+                                     "before a fault, compares duties and "
+                                     "gates of each period with those of the drive, and explains the fault.\v"
+                                     "The exit code is 0 if all is the same, 1 if not.",
+                                     NULL,
+                                     NULL,
+                                     NULL};
     options_t options = {.path = NULL};
     replay_file_t file;
     char why[REPLAY_FILE_WHY];

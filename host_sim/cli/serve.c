@@ -101,7 +101,7 @@ static bool read_until(const char *text, uint32_t *periods)
 /* Waits, so that the simulation is not faster than real time. */
 typedef struct {
     double zero;     /* [s] of the host's clock at which period 0 would have begun */
-    double begun;    /* [s] of the wall */
+    double begun;    /* [s] of the host's clock */
     uint32_t behind; /* [-] number of times that a delay was not made up */
     bool told;
 } pace_t;

@@ -58,7 +58,7 @@ void paper_map_judge(paper_t *paper)
     }
 }
 
-/* A number that a lost run may not have is left out. */
+/* Writes a number; the cell stays empty if a lost run has no such number. */
 static void write_number(FILE *file, double number)
 {
     fputc(',', file);

@@ -40,7 +40,7 @@ typedef struct {
     uint32_t record[CAPTURE_SLOTS + RIG_RECORD_HEAD]; /* of rig_record */
 } runner_history_t;
 
-/* All zero: the unchanged scenario, without recording and call-backs. */
+/* If all fields are zero, the scenario runs unchanged, without recording and call-backs. */
 typedef struct {
     bool has_seed; /* `seed` replaces that of the scenario */
     uint64_t seed;

@@ -415,7 +415,7 @@ static bool read_run(const reading_t *reading, const toml_entry_t *top)
     scenario_t *scenario = reading->scenario;
     const toml_entry_t *run = reading_find(reading, top, "run");
     if (run == NULL && reading->more->keys != NULL && reading_find(reading, top, "measure") == NULL) {
-        /* nothing is measured: nothing runs */
+        /* without a run nothing is measured */
         scenario->duration = SCENARIO_SECONDS_MIN;
         scenario->every = 1u;
         scenario->seed = 1u;
@@ -863,7 +863,7 @@ static bool read_sheet(const reading_t *reading, const toml_entry_t *motor, moto
     const toml_entry_t *file = reading_find(reading, motor, "file");
     if (name != NULL && file != NULL) {
         return scenario_fail(reading->error, reading_place(file), "file",
-                             "name gives the motor already; accepted: one of the two");
+                             "`name` already selects the motor; accepted: one of the two");
     }
     if ((name != NULL && (!reading_is_text(reading, name, false) ||
                           !motor_read_library(name->text, sheet, reading->error))) ||
@@ -1079,7 +1079,7 @@ static bool read_measure(const reading_t *reading, const toml_entry_t *entry, sc
            read_quantity_of(reading, entry, measure);
 }
 
-/* Appends what [[key]] has. */
+/* Appends the quantities of [[key]]. */
 static bool read_list(const reading_t *reading, const toml_entry_t *array,
                       bool (*read)(const reading_t *, const toml_entry_t *, scenario_expect_t *))
 {
@@ -1101,7 +1101,7 @@ static bool read_expects(const reading_t *reading, const toml_entry_t *top)
     uint32_t expects;
     uint32_t measures = 0;
     const toml_entry_t *expect = reading_tables(reading, top, "expect", &expects, &good);
-    /* A claim with more keys measures by itself. */
+    /* A claim of an experiment has further keys and its own measurement. */
     const toml_entry_t *measure = good && reading->more->keys == NULL
                                       ? reading_tables(reading, top, "measure", &measures, &good)
                                       : NULL;

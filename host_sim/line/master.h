@@ -140,7 +140,7 @@ typedef struct {
     uint64_t samples;        /* [-] received */
     uint64_t missing;        /* [-] missing between the received ones, by their time stamps */
     uint32_t gaps;           /* [-] number of such gaps */
-    uint32_t frames_missing; /* [-] missing frames of any kind, by their counter */
+    uint32_t frames_missing; /* [-] missing frames of any kind, found by their counter */
     uint32_t octets_dropped; /* [-] that were part of no frame */
 } master_daq_t;
 

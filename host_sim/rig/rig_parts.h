@@ -48,12 +48,13 @@ struct rig {
     uint32_t stop_hook_period;
     uint32_t error_id;
     int32_t error_reason;
-    double error_value, error_min, error_max; /* the last two out of order: no range */
+    double error_value, error_min,
+        error_max; /* accepted range; if the limits are in the wrong order there is none */
     char error[512];
 };
 
 /* rig.c */
-void rig_pass(rig_t *rig, uint64_t until); /* [ticks] time passes where software runs */
+void rig_pass(rig_t *rig, uint64_t until); /* [ticks] lets time pass while software runs */
 
 /* rig_values.c */
 bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text);

@@ -335,7 +335,7 @@ static void tell_capture(scope_t *scope)
     }
 }
 
-/* One question at a time. */
+/* Only one question is pending at a time. */
 static void ask(scope_t *scope, double time)
 {
     if (scope->asking || scope->capture.asking) {
@@ -382,7 +382,9 @@ uint32_t scope_every(const char *target, uint32_t signals)
     if (!transport_parse(target, &parsed, why, sizeof why) || parsed.tcp) {
         return 1u;
     }
-    const double octets = 12.0 + 4.0 * signals; /* header, identification, stamp, tail; 10 bits each */
+    const double octets =
+        12.0 +
+        4.0 * signals; /* octets of header, identification, time stamp and tail; each octet has 10 bits */
     const double rate = LINE_SHARE * parsed.baud / (10.0 * octets);
     const double every = ceil(1.0 / (rate * RIG_PERIOD_SECONDS));
     return every < 1.0 ? 1u : every > 255.0 ? 255u : (uint32_t)every;
@@ -487,7 +489,7 @@ static bool set(scope_t *scope, const char *body, char *why, size_t size)
     }
     const bool is_enable = strcmp(name, "enable") == 0;
     if (is_enable && value == (double)table_choice(row, "on")) {
-        scope->started = true; /* even if the answer is lost */
+        scope->started = true; /* the motor counts as switched on even if the answer is lost */
     }
     bool good = set_row(scope, row, value, why, size);
     if (good && is_enable) {
@@ -513,7 +515,7 @@ static bool order(scope_t *scope, const char *name, char *why, size_t size)
         scope->values.known[n] = false;
     }
     if (good && strcmp(name, "restart") == 0) {
-        scope->lost = true; /* until it has come up again */
+        scope->lost = true; /* until the drive has started again */
         scope->next_again = now() + AGAIN;
     } else {
         (void)master_staged(scope->master, &scope->staged, &error);

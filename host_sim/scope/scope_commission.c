@@ -148,7 +148,7 @@ static void put_number(FILE *to, const char *name, double value)
     json_number(to, value);
 }
 
-/* The page runs all steps but the one for a rotor that is held. */
+/* The page offers all steps except the one for a rotor that is held. */
 static bool is_shown(commission_do_t step)
 {
     return step != COMMISSION_DO_angle;

@@ -316,8 +316,8 @@ class CheckDialect(unittest.TestCase):
         self.assertEqual(rows[0], f"hal/f28335/pwm.c:{before + 5}: misra: rule 14.4 in `if (x)`; correct it, or justify "
                                   "it in tools/target/misra.txt")
         self.assertTrue(rows[1].startswith(f"hal/f28335/pwm.c:{before + 6}: cppcheck: arrayIndexOutOfBounds"), rows[1])
-        self.assertEqual(rows[2], "tools/target/misra.txt:8: misra: rule 20.5 is justified for hal/*, where it finds "
-                                  "nothing; take the row out")
+        self.assertEqual(rows[2], "tools/target/misra.txt:8: misra: rule 20.5 is justified for hal/*, where cppcheck has "
+                                  "no such finding; remove the row")
 
     @unittest.skipUnless("Cppcheck 2.10" in CPPCHECK, f"MISRA is judged by cppcheck 2.10, not {CPPCHECK}")
     def test_cppcheck_uses_the_sizes_of_the_eabi(self):

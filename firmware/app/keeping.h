@@ -1,4 +1,5 @@
-/* The memory of the stored parameters: the chip's flash, or a memory on the I2C bus, by the board file. */
+/* The memory of the stored parameters: the chip's flash or a memory on the I2C bus, as selected by the board
+#file. */
 #ifndef APP_KEEPING_H
 #define APP_KEEPING_H
 
@@ -9,8 +10,9 @@
 
 extern const store_flash_t keeping_memory;
 
-/* Before any use of keeping_memory and before hal_init. I2C: reads the memory, for 40 ms at 400 kHz. After an
- * error, which keeping_error() returns, the memory counts as empty and accepts no write. */
+/* Call it before any use of keeping_memory and before hal_init. With a memory on the I2C bus it reads this
+ * memory, which takes 40 ms at 400 kHz. After an error, which keeping_error() returns, the memory counts as
+ * empty and accepts no write. */
 void keeping_open(void);
 
 /* mirror_error_t; always MIRROR_GOOD with flash. */

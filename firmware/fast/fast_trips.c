@@ -8,7 +8,8 @@ void fast_open_bridge(fast_t *fast, uint32_t window)
     if (fast->bridge.open == 0u) {
         fast->bridge.open = 1u;
         fast->bridge.open_since = window;
-        fast->bridge.outputs.permitted = 0u; /* the chopper too, until a setpoint has judged the reason */
+        fast->bridge.outputs.permitted =
+            0u; /* the chopper is off as well, until a setpoint has judged the reason */
     }
 }
 

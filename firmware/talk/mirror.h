@@ -63,7 +63,7 @@ typedef struct {
 void mirror_begin(mirror_t *mirror);
 
 /* One short step: begins a transfer, or evaluates its reply. `pages`: STORE_PAGES x bus->words words. True
- * while something is left to do; false: all is done, or mirror->error. */
+ * while there is work; false: everything is done, or mirror->error is set. */
 bool mirror_step(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages);
 
 /* The store's calls. After an error erasing and programming are refused. */

@@ -60,7 +60,7 @@ typedef struct {
     uint32_t errors;   /* [-] dropped frames so far */
 } modbus_t;
 
-/* Keeps the two counts. */
+/* Sets the initial state, but keeps the two counts. */
 void modbus_set(modbus_t *modbus, uint32_t address, uint32_t gap);
 
 /* The next octet; only the lower eight bits of the word are used. */

@@ -175,8 +175,8 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
 
 /* The share with which the load estimate of the fast task follows i_q in each period. It is 0 on a way. The
  * loop compensates for a load that changes there, so a jump of i_L would be a load step for it: for some
- * time after the way i_L only `settles`. On a way through zero with a load of `most` it settles too, and all
- * of i_q is load once the rotor is near zero speed, or while the load is unknown. */
+ * time after the way i_L only `settles`. On a way through zero speed with a load of `most` it settles as
+ * well. All of i_q counts as load once the rotor is near zero speed, and while the load is unknown. */
 static inline float inertia_load_share(const inertia_t *x, const inertia_shares_t *shares)
 {
     if (x->under_way != 0u) {

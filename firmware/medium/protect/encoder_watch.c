@@ -233,7 +233,7 @@ static bool is_elsewhere(const encoder_watch_t *watch, ab_t off)
            !is_along(off, noise_of(watch));
 }
 
-/* True if noise alone does not make the EMF's speed. */
+/* True if the EMF's speed is larger than noise alone can explain. */
 static bool is_beyond_noise(const encoder_watch_t *watch, float length)
 {
     const float turn = watch->omega_emf * length;

@@ -79,7 +79,7 @@ static bool read_plate(const char *path, commission_plate_t *plate, commission_s
     motor_sheet_t sheet;
     scenario_error_t error;
     if (!motor_read_file(path, &sheet, &error)) {
-        library_say(&error);
+        library_say("commission", &error);
         return false;
     }
     *plate = (commission_plate_t){
@@ -244,6 +244,9 @@ static int run(options_t *options, const scenario_t *scenario, machine_t *machin
         !write_motor(options->file, scenario != NULL ? scenario->path : options->of.scenario, &plate,
                      &result)) {
         return EXIT_INTERNAL;
+    }
+    if (options->file != NULL) {
+        fprintf(stderr, "the measured motor is in %s\n", options->file);
     }
     if (options->file != NULL && !commission_known(&result)) {
         fprintf(stderr,

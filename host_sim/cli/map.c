@@ -447,7 +447,7 @@ static bool take_scenario(options_t *options, const scenario_t *scenario)
     scenario_error_t error;
     options->setup.speed_count = options->has_speeds ? options->setup.speed_count : 0u;
     if (!map_of_scenario(&options->setup, scenario, &error)) {
-        library_say(&error);
+        library_say("map", &error);
         return false;
     }
     return true;

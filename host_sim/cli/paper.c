@@ -399,10 +399,9 @@ static int judge_file(const options_t *options)
     paper_error_t why;
     experiment_t *experiment = experiment_read(options->file, &error);
     if (experiment == NULL) {
-        char text[1200];
-        library_hand_over(&error, NULL, 0u);
-        fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
-        library_say_motor(options->file);
+        library_hand_over("paper", &error, NULL, 0u);
+        library_say("paper", &error);
+        library_say_motor("paper", options->file);
         return EXIT_USAGE;
     }
     const int prepared = options->folder != NULL ? prepare(options, data) : EXIT_DONE;

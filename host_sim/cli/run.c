@@ -805,7 +805,7 @@ static int run(const options_t *options, scenario_t *scenario)
     const bool ran = runner_run(scenario, &how, &result);
     output_progress_end(&progress);
     if (!ran) {
-        library_say(&result.error);
+        library_say("run", &result.error);
         recorder_abandon(recording.recorder);
         traces_free(&recording.traces);
         runner_result_free(&result);

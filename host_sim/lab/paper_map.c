@@ -47,7 +47,7 @@ void paper_map_judge(paper_t *paper)
             .tolerance = verdict.limit_mrad,
             .ours = verdict.judged > 0u ? verdict.worst_mrad : (double)NAN,
             .stopped = verdict.lost > 0u,
-            .why_not = "the distance is larger",
+            .why_not = "the difference is larger",
         };
         snprintf(
             row.condition, sizeof row.condition,

@@ -188,7 +188,8 @@ static bool is_one_of(const toml_entry_t *entry, const char *keys)
     return false;
 }
 
-/* Refuses an entry that is none of the keys. If it is the name of a row, the message names its table. */
+/* Refuses an entry whose key is not accepted. If the key is the name of a row, the message names its table.
+ * */
 static bool refuse_key(const reading_t *reading, const toml_entry_t *entry, const char *keys,
                        const char *accepted)
 {
@@ -207,7 +208,7 @@ static bool refuse_key(const reading_t *reading, const toml_entry_t *entry, cons
                          near != NULL ? near : "", accepted);
 }
 
-/* Refuses what is none of the keys ("a|b|c"). */
+/* Refuses an entry whose key is not in the list ("a|b|c"). */
 bool reading_only_keys(const reading_t *reading, const toml_entry_t *table, const char *keys,
                        const char *accepted)
 {

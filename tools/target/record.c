@@ -507,7 +507,7 @@ static const struct {
     {"paper sigmoid per axis", 540, false, paper_sigmoid},
 };
 #define PARTS (sizeof parts / sizeof parts[0])
-_Static_assert(PARTS <= RECORDING_PARTS, "a replay has no room for so many");
+_Static_assert(PARTS <= RECORDING_PARTS, "too many parts for the memory of a replay");
 
 static uint32_t periods_of(size_t part)
 {

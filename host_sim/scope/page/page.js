@@ -253,7 +253,7 @@ const scope = (() => {
             trigger.arm();
         }
         if (!on && state.held) {
-            ring.last = -1; // samples that were not recorded meanwhile are no gap
+            ring.last = -1; // while the picture was held no samples were recorded, which does not count as a gap
             clearRing(ring.columns.length);
             trigger.arm();
             state.zoom = null;

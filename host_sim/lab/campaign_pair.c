@@ -64,9 +64,9 @@ static void keep_learnt(campaign_angles_t *angles, const uint32_t *rows)
     angles->truth[0] = angles->lost_time * campaign_number(rows, CAMPAIGN_AT_true_u_dc) + angles->drop;
 }
 
-/* true: what has been learnt differs from the configured data, and is clearly nearer to the truth. The errors
- * of two configured values may compensate each other in the angle. If one of them is then learnt correctly,
- * the angle becomes worse. */
+/* true: the learnt values differ from the configured data, and are clearly nearer to the true ones. The
+ * errors of two configured values may compensate each other in the angle. If one of them is then learnt
+ * correctly, the angle becomes worse. */
 static bool is_truer(const campaign_angles_t *with, const campaign_angles_t *without)
 {
     bool truer = false;

@@ -951,7 +951,7 @@ bool reading_statistic(const reading_t *reading, const toml_entry_t *entry, stat
                          entry->text, near != NULL ? "; nearest: " : "", near != NULL ? near : "");
 }
 
-/* A limit is a value of the signal, but a mean of choices is a number. */
+/* A limit has the form of the signal's values, but the limit of a mean of choices is a number. */
 static bool read_limit(const reading_t *reading, const toml_entry_t *entry, const table_row_t *row,
                        double *limit)
 {

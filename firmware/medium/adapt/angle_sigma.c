@@ -86,7 +86,7 @@ static inline float across(const angle_sigma_tuning_t *tuning, const angle_sigma
            tuning->resistance_square * d_square * of_r;
 }
 
-/* Square of the mean detector beyond twice what noise makes of the mean: noise of the mean has the share
+/* Square of the mean detector, minus twice the part that noise causes in it: noise of the mean has the share
  * mean_share/2 of the detector's variance [rad^2]. */
 static inline float lag_square(const angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning)
 {

@@ -36,7 +36,7 @@ typedef struct {
 
 typedef struct {
     float current_share;  /* of the fall of the current [-] */
-    float current_margin; /* beyond what the load needs [A] */
+    float current_margin; /* in addition to the current that the load needs [A] */
     float current_excess; /* largest remaining i_d [A] */
     float speed_apart;    /* [-] of the forced frame's speed */
     float mean_share;     /* of the mean of the current [-] */

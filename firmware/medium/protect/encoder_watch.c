@@ -199,9 +199,9 @@ static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
     watch->off.beta += share * (off.beta - watch->off.beta);
 }
 
-/* True if the mean difference of at least two windows lies along the axis of one phase alone, and where it
- * was when it reached this axis. The EMF of a rotor that turns the other way is constant and may lie there;
- * that of a rotor whose encoder does not turn leaves it. */
+/* True if the mean difference of at least two windows lies along the axis of one phase alone, and has not
+ * moved since it reached this axis. The EMF of a rotor that turns the other way is constant and may lie
+ * there; that of a rotor whose encoder does not turn leaves it. */
 static bool is_of_a_phase(encoder_watch_t *watch)
 {
     const ab_t off = watch->off;

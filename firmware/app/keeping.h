@@ -18,7 +18,7 @@ void keeping_open(void);
 /* mirror_error_t; always MIRROR_GOOD with flash. */
 uint32_t keeping_error(void);
 
-/* True while changes of the memory are under way; never with flash, whose changes are complete at once. */
+/* True while changes of the memory are in progress; never with flash, whose changes are complete at once. */
 bool keeping_busy(void);
 
 #if BOARD_STORE == BOARD_STORE_I2C
@@ -35,7 +35,7 @@ typedef struct {
     uint16_t pages[STORE_PAGES * KEEPING_WORDS];
 } keeping_t;
 
-/* From the background list: one short step of the changes under way. */
+/* From the background list: one short step of the changes in progress. */
 void keeping_step(void);
 
 #endif

@@ -61,7 +61,7 @@ typedef struct {
     xcp_t xcp;
     daq_t daq;
     a2l_place_t a2l;       /* position at which the client reads */
-    uint32_t heard_at;     /* [periods] when the last good frame came */
+    uint32_t heard_at;     /* [periods] time of the last good frame */
     uint32_t steered;      /* [-] 1: `enable` was switched on over the serial link, and still is */
     uint32_t silent;       /* [-] 1: communication time-out of the master; until `enable` is set again */
     uint32_t line_errors;  /* [-] of the chip's line, at the last check */

@@ -204,7 +204,7 @@ void chip_flip_memory(chip_t *chip, uint32_t region, uint32_t word, uint32_t bit
 uint32_t chip_serial_put(chip_t *chip, const uint8_t *octets, uint32_t count);
 
 /* Reads the octets that the chip has sent completely and that have not been read yet, oldest first. Returns
- * how many, at most `room`. The last CHIP_LINE_SENT are stored. */
+ * their number, at most `room`. The last CHIP_LINE_SENT are stored. */
 uint32_t chip_serial_get(chip_t *chip, uint8_t *octets, uint32_t room);
 
 /* Baud rate of the sender to the chip [bit/s], up to 18.75 Mbit/s; 0, as after power-on: the rate that the

@@ -176,8 +176,8 @@ static uint32_t sampled(const chip_t *chip, uint64_t fall, uint32_t n)
     return high >= 2u;
 }
 
-/* A missing stop bit: a break, if the line stays low; else the receiver looks for the next fall. False: it
- * has not come yet. */
+/* After a missing stop bit: a break if the line stays low, otherwise the receiver waits for the next falling
+ * edge. False: this edge has not occurred yet. */
 static bool after_missing_stop(chip_t *chip)
 {
     chip_sci_t *sci = &chip->sci;

@@ -281,8 +281,8 @@ int command_commission(int argc, char **argv)
          "did "
          "in the step turn",
          0},
-        {"yes", 'y', NULL, 0, "do not ask on the terminal: the shaft is free, the simulated motor answers",
-         0},
+        {"yes", 'y', NULL, 0,
+         "ask no questions on the terminal: the shaft is free, the simulated motor answers", 0},
         {"resume", 'r', NULL, 0, "take what the drive has measured since its start, and run the other steps",
          0},
         {"save", SAVE_KEY, NULL, 0, "save the resulting parameters in the flash of a drive at a line", 0},

@@ -335,7 +335,7 @@ static void take_sample(void *context, uint32_t period, const uint32_t *slots, u
     }
 }
 
-/* false: no samples came, or the line broke. */
+/* false: no samples arrived, or the link was lost. */
 static bool await_samples(session_t *session, recording_t *recording)
 {
     uint64_t before = 0;

@@ -164,7 +164,7 @@ static void print_text(const replay_file_t *file, const rig_replayed_t *seen)
     printf("record      firmware %" PRIu32 ".%" PRIu32 ".%" PRIu32 ", %s, board %s\n", record->version >> 16,
            record->version >> 8 & 0xFFu, record->version & 0xFFu, file->tables, record->board);
     printf("replayed    %" PRIu32 " periods from %s, %" PRIu32 " windows, %" PRIu32 " requests and %" PRIu32
-           " tunings that came meanwhile\n",
+           " new tunings during this time\n",
            seen->periods, when(at, seen->begin + 1u), seen->windows, seen->requests, seen->tunings);
     if (seen->differs) {
         printf("DIFFERENT   duties or gates from %s on\n", when(at, seen->wrong));

@@ -123,7 +123,7 @@ static const struct {
     /* after missed interrupts the motion of several periods counts as one */
     {REASON_OVERSPEED, IN_TIME, BY_SPEED},
     {REASON_LATE, IN_TIME, BY_FAULT},
-    /* a current beyond the range of the sensors puts one at its limit */
+    /* a current beyond the range of the sensors drives one of them to its limit */
     {REASON_BAD_SAMPLE, IN_STUCK | IN_CURRENT, BY_CURRENT},
     {REASON_ENCODER_PHASE, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
@@ -377,8 +377,8 @@ static bool is_large(const campaign_watch_t *watch, const campaign_injected_t *i
     return strcmp(row, "encoder_slip") != 0 || injected->value > SLIP_SEEN;
 }
 
-/* [A] Commanded current of the phase that a broken wire or switch interrupts: its magnitude, of a switch only
- * that of the direction which the switch conducts. */
+/* [A] Commanded current of the phase that a broken wire or switch interrupts: its magnitude; for a switch
+ * only if the switch conducts this direction. */
 static double fed_by(const campaign_injected_t *injected, const uint32_t *rows)
 {
     const char *row = campaign_faults[injected->kind].row;

@@ -4,7 +4,7 @@
 
 #include "host_sim/lab/commission.h"
 
-/* A commissioning under way. */
+/* A commissioning in progress. */
 typedef struct {
     const commission_drive_t *drive;
     const commission_plate_t *plate;

@@ -237,7 +237,7 @@ static bool read_claim(const file_t *file, const toml_entry_t *entry, claim_t *c
     }
     const toml_entry_t *printed = reading_find(reading, entry, "printed");
     const toml_entry_t *theory = reading_find(reading, entry, "theory");
-    claim->why_not = printed != NULL ? "the number is another" : "the source has no number";
+    claim->why_not = printed != NULL ? "the number is different" : "the source has no number";
     claim->where = "";
     claim->printed = (double)NAN;
     claim->theory_number = (double)INFINITY;

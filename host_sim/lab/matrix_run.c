@@ -132,7 +132,7 @@ static bool put_load_on(rig_t *rig, double load)
     return true;
 }
 
-/* Running at the reference, loaded. */
+/* Runs until the rotor is at the reference with its load. */
 static bool settle(rig_t *rig, const matrix_manoeuvre_t *m)
 {
     if (m->settle == 0.0) {

@@ -112,7 +112,7 @@ bool runner_run(scenario_t *scenario, const runner_options_t *options, runner_re
 
 void runner_result_free(runner_result_t *result);
 
-/* A complete run fails, whatever its limits are, if at its end
+/* A complete run fails, independent of its limits, if at its end
  *   - a fault is latched, or
  *   - the bridge is commanded on and has been off for RUNNER_LASTING,
  * unless an expectation names that end:

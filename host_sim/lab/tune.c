@@ -163,9 +163,9 @@ typedef struct {
     bool resistive;                     /* the limit is the part that R leaves */
     bool by_module;           /* the current of the start is limited by the current of a leg of the module */
     double link, over, under; /* [V] */
-    double voltage;           /* [V] of a phase, that duties, dead time and drops leave */
-    double drop;              /* [V] of that, which no link changes */
-    double reach;             /* [rad/s] mechanical, with the current under way */
+    double voltage;           /* [V] of a phase, that remains after duties, dead time and drops */
+    double drop;              /* [V] part of the voltage that does not depend on the link */
+    double reach;             /* [rad/s] mechanical, largest speed under load */
     double speed;             /* [rad/s] mechanical, top */
     double free;              /* [rad/s] mechanical, largest speed without load */
     double overspeed;         /* [rad/s] mechanical */

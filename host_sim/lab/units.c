@@ -206,7 +206,7 @@ static const struct {
 } by_text[] = {{"rad/s", UNITS_SPEED}, {"rad/s^2", UNITS_ACCELERATION}};
 #define BY_TEXT (sizeof by_text / sizeof by_text[0])
 
-/* Units of a motor's keys that state which value of an alternating quantity is meant. They have the spellings
+/* Units of a motor's keys that state whether a value is rms or peak. They have the spellings
  * of their unit and further ones with the same meaning. */
 static const struct {
     const char *variety, *unit;

@@ -20,7 +20,7 @@
 #include "contract/table.h"
 
 #define MASTER_PATIENCE (1e-3 * LINE_ANSWER) /* [s] for an answer */
-/* On a serial line a frame may get lost, and the drive must receive the next one before its command_timeout
+/* On a serial line a frame may be lost, and the drive must receive the next one before its command_timeout
  * of 1 s. The waiting time is this value plus the time of 300 octets, at most MASTER_PATIENCE. */
 #define MASTER_PATIENCE_SERIAL 0.3  /* [s] */
 #define MASTER_PATIENCE_ORDER  30.0 /* [s] for the answer to an order: erasing flash takes long */

@@ -13,7 +13,7 @@ typedef struct {
     const char *base; /* struct that holds the slot */
 } place_t;
 
-/* A replay under way (rig_replay.c). */
+/* A replay in progress (rig_replay.c). */
 typedef struct {
     bool on;
     const uint32_t *slots; /* of the record */
@@ -21,7 +21,7 @@ typedef struct {
     uint32_t event;          /* [-] number of the next one */
     drive_samples_t samples; /* of the coming interrupt */
     bool due;                /* that interrupt has handed a window over */
-    uint32_t done;           /* [windows] drive_t.done and opens when the medium task is seen to be done */
+    uint32_t done;           /* [windows] values for drive_t.done and opens when the medium task has ended */
     int32_t opens;
     uint32_t begin, periods, windows, tunings, requests;
     bool differs;

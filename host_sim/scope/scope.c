@@ -45,7 +45,7 @@ struct scope {
     double next_frame, next_ask, next_tell, next_again; /* [s] */
     /* values */
     scope_values_t values;
-    double heard_at;                /* [s] when the last of them came */
+    double heard_at;                /* [s] arrival of the last of them */
     block_t blocks[SCOPE_ROWS_MAX]; /* those that change fast first */
     uint32_t block_count, fast_count;
     uint32_t next_fast, next_slow, asks;
@@ -61,7 +61,7 @@ struct scope {
     uint32_t slots[SAMPLES_MAX * SCOPE_SIGNALS];
     scope_capture_t capture;
     scope_commission_t commission;
-    double wake; /* [s] commissioning goes on then */
+    double wake; /* [s] time at which commissioning continues */
     const volatile sig_atomic_t *stop;
 };
 
@@ -607,7 +607,7 @@ static void handle_post(scope_t *scope, uint32_t client, const http_request_t *r
         good = scope_commission_answer(&scope->commission, request->body, why, sizeof why);
     } else if ((strcmp(request->path, "/set") == 0 || strcmp(request->path, "/order") == 0) &&
                (scope->commission.running || scope->commission.wanted)) {
-        snprintf(why, sizeof why, "commissioning is under way; STOP ends it");
+        snprintf(why, sizeof why, "commissioning is in progress; STOP ends it");
     } else if (strcmp(request->path, "/set") == 0) {
         good = set(scope, request->body, why, sizeof why);
     } else if (strcmp(request->path, "/order") == 0) {

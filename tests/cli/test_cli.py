@@ -295,7 +295,7 @@ class CommandLine(TestCase):
 
     def test_paper_prints_a_table_and_the_ideal_beside_the_real(self):
         done = lagless("paper", "fig12", cwd=self.folder, env=NO_PICTURES)
-        self.expect(0, done, "current on the wrong axis", "not reproduced\n", "because (14) counts",
+        self.expect(0, done, "current on the wrong axis", "not reproduced\n", "because the lag by (14)",
                     "report: report_fig12/index.html")
         self.assertEqual(["report_fig12"], os.listdir(self.folder))
         line, = (line for line in done.stdout.splitlines() if line.startswith("  i_d "))

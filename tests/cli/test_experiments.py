@@ -238,7 +238,7 @@ class Test(command_line.TestCase):
                           "reproduced in kind, because the source has no number"], [row["verdict"] for row in rows.values()])
         self.assertEqual([1.0, 1.0, 1.0, None], [row["paper"] for row in rows.values()])
         rows = self.rows(STANDING + claim("a", "2", 1.0), 1)
-        self.assertEqual("does not hold, because the number is another", rows["my.a.run"]["verdict"])
+        self.assertEqual("does not hold, because the number is different", rows["my.a.run"]["verdict"])
 
     def test_a_run_that_is_lost_supports_no_claim(self):
         lost = STANDING + '[[expect]]\nsignal = "plant.load_torque"\nstatistic = "max"\nat_most = "1 N m"\n'

@@ -95,7 +95,7 @@ def put(text, mark, fresh):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Brings the report into the documents.")
+    parser = argparse.ArgumentParser(description="Writes parts of the report into the documents.")
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("docs", type=pathlib.Path)
     parser.add_argument("--check", action="store_true", help="write nothing")

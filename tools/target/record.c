@@ -308,7 +308,7 @@ static void cold_start(void)
     run_to(MANOEUVRE_RAMP, 410);
     run_to(MANOEUVRE_HANDOVER, 4000);
     take_to(MANOEUVRE_RUN, 9000);
-    run(600); /* faster than at a hand-over: a slower rotor goes on in the forced frame */
+    run(600); /* faster than at a hand-over, because a slower rotor continues in the forced frame */
     set("estimate_time", 0.001);
     set("estimate_speed_min", 100.0);
     apply();

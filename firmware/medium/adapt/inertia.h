@@ -49,7 +49,7 @@
 #define INERTIA_TORQUE_LEAST 0.02f   /* [-] of the current limit: mean of i_q - i_L on the way */
 #define INERTIA_LOAD_MOST    0.15f   /* [-] of that mean: largest load that may have been added */
 #define INERTIA_RANGE        5.0f    /* [-] largest factor between J and the parameter, up and down */
-#define INERTIA_LOAD_UNKNOWN 1e6f    /* [A] stands for an unknown load */
+#define INERTIA_LOAD_UNKNOWN 1e6f    /* [A] represents an unknown load */
 
 typedef struct {
     float from;         /* J of the parameters [kg m^2], above 0 */

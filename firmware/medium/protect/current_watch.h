@@ -51,7 +51,8 @@ typedef struct {
     float inductance_d; /* L_d [H], > 0 */
     float inductance_q; /* L_q [H], > 0 */
     float flux_linkage; /* psi_f [Wb] */
-    float per_ampere;   /* K = 1.5 p^2 psi_f/J, for the rotor's acceleration [rad/s^2 per A]; 0: it stands */
+    float per_ampere;   /* K = 1.5 p^2 psi_f/J, for the rotor's acceleration [rad/s^2 per A]; 0: the rotor
+                           stands still */
     float dead_time;    /* of the legs over T [-]: part of the link that may be lost */
     float drop;         /* of a device [V] */
     float range;        /* range of the sensors in both directions [A] */

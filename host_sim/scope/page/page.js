@@ -168,7 +168,7 @@ const scope = (() => {
 
     const trigger = {
         mode: "roll", source: 0, edge: "rise", level: 0, pre: 0.25, armedAt: 0, at: null, record: null, seen: 0,
-        below: false, above: false, // the signal was beyond the level by more than `noise`, and has not reached it since
+        below: false, above: false, // the signal was away from the level by more than `noise`, and has not reached it since then
         noise: 0, // a share of the signal's range: noise on a slow edge of the other direction must not trigger
 
         arm() {

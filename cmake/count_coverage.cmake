@@ -1,4 +1,5 @@
-# The work of target `coverage`: removes the counts of an earlier run, runs all tests of the preset asan, and has gcovr add up.
+# The target `coverage` runs this script: it removes the counts of an earlier run, runs all tests of the preset asan, and lets
+# gcovr add up the counts.
 cmake_minimum_required(VERSION 3.21)
 cmake_host_system_information(RESULT jobs QUERY NUMBER_OF_LOGICAL_CORES)
 
@@ -7,7 +8,7 @@ if(stale)
     file(REMOVE ${stale})
 endif()
 
-math(EXPR at_once "${jobs} + 1") # some wait for time-outs
+math(EXPR at_once "${jobs} + 1") # Some tests wait for time-outs.
 execute_process(COMMAND "${CTEST}" --preset asan --parallel ${at_once} --no-tests=error
     WORKING_DIRECTORY "${SOURCE}" RESULT_VARIABLE failed)
 if(failed)
@@ -23,7 +24,7 @@ execute_process(COMMAND "${GCOVR}" --root "${SOURCE}" --filter "${SOURCE}/firmwa
         ${pages} --txt --print-summary --json-summary "${BUILD}/coverage.json"
         --fail-under-line ${LIMIT} "${BUILD}"
     WORKING_DIRECTORY "${SOURCE}" RESULT_VARIABLE failed TIMEOUT 300)
-if(failed EQUAL 2) # gcovr's own code for it
+if(failed EQUAL 2) # gcovr's exit code for a coverage below the limit
     message(FATAL_ERROR "coverage: fewer than ${LIMIT} % of the lines were reached")
 elseif(failed)
     message(FATAL_ERROR "coverage: gcovr failed (${failed})")

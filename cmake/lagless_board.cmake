@@ -1,5 +1,5 @@
-# The board: LAGLESS_BOARD is a name of hal/f28335/boards, or the path of a header of one's own (docs/board.md).
-# lagless_board_file(BOARD result) gives what LAGLESS_BOARD_FILE must say for it.
+# Selects the board: LAGLESS_BOARD is a name of hal/f28335/boards, or the path of a user's header (docs/board.md).
+# lagless_board_file(BOARD result) sets `result` to the value of LAGLESS_BOARD_FILE for this board.
 function(lagless_board_file board result)
     set(folder "${PROJECT_SOURCE_DIR}/hal/f28335/boards")
     if(board MATCHES "^[a-z0-9_]+$" AND EXISTS "${folder}/${board}.h")
@@ -15,11 +15,11 @@ function(lagless_board_file board result)
         endif()
         set(${result} "${path}" PARENT_SCOPE)
     endif()
-    # A changed board file configures anew: whether it leaves the gates' level open is asked below.
+    # CMake configures again when the board file changes, because the code below tests whether the file states the level of the gates.
     set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${path}")
 endfunction()
 
-# A target that whoever is compiled for this board links to.
+# Every target that is compiled for this board links to this one.
 function(lagless_board_target name board)
     lagless_board_file("${board}" file)
     add_library(${name} INTERFACE)
@@ -29,9 +29,9 @@ endfunction()
 set(LAGLESS_BOARD pm50rl1a060 CACHE STRING "The board: a name of hal/f28335/boards, or the path of a board file")
 lagless_board_target(lagless_board "${LAGLESS_BOARD}")
 
-# The boards between which the desk's program chooses when it runs (docs/board.md): that of the build first, then those of
-# hal/f28335/boards and of LAGLESS_BOARDS. Two lists of the same order: their names, which are BOARD_NAME, and their files.
-set(LAGLESS_BOARDS "" CACHE STRING "Further boards for the desk's program: paths of board files, separated by semicolons")
+# The boards that a user of the program on the host can select at run time (docs/board.md): first that of the build, then those of
+# hal/f28335/boards and of LAGLESS_BOARDS. Two lists have the same order: one contains the names (BOARD_NAME), the other the files.
+set(LAGLESS_BOARDS "" CACHE STRING "Further boards for the program on the host: paths of board files, separated by semicolons")
 set(LAGLESS_BOARD_NAMES "")
 set(LAGLESS_BOARD_FILES "")
 function(lagless_desk_board board named_before)
@@ -56,19 +56,20 @@ if(NOT CMAKE_CROSSCOMPILING AND NOT LAGLESS_TARGET)
     file(GLOB boards CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/hal/f28335/boards/*.h")
     foreach(board IN LISTS boards)
         get_filename_component(board "${board}" NAME_WE)
-        lagless_desk_board("${board}" ON) # a changed copy that the build is for replaces the one of its name
+        # A changed copy of a board file, for which this build is made, replaces the board of the same name.
+        lagless_desk_board("${board}" ON)
     endforeach()
     foreach(board IN LISTS LAGLESS_BOARDS)
         lagless_desk_board("${board}" OFF)
     endforeach()
 endif()
 
-# The libraries that depend on the board once more for another board, with its name behind theirs: lagless_rig_NAME and what it
-# needs. They share lagless_core, which knows no board. They are compiled without the optimisation across libraries, and only where a
-# program or a test needs them.
+# Makes the libraries that depend on the board a second time, for another board. Their names end with that of the board: lagless_rig_NAME and
+# the libraries that it needs. They share lagless_core, which does not depend on the board. They are compiled without link-time optimisation,
+# and only if a program or a test needs them.
 set(LAGLESS_OF_BOARD lagless_board lagless_firmware lagless_hal lagless_app lagless_plant lagless_rig)
 function(lagless_add_board name board)
-    if(TARGET lagless_rig_${name}) # the program and a test need the same one
+    if(TARGET lagless_rig_${name}) # The program and a test may request the same library.
         return()
     endif()
     lagless_board_target(lagless_board_${name} "${board}")

@@ -1,5 +1,5 @@
-# A folder that tools/get-NAME fills outside the repository, as the cache variable VARIABLE: as it is given, else the one below the
-# user's cache if it has FILE, the last file that the tool puts there; else empty.
+# Sets the cache variable VARIABLE to a folder outside the repository that tools/get-NAME fills. A value given by the user stays.
+# Otherwise it is the folder in the user's cache if that contains FILE, the last file that the tool writes, or else empty.
 function(lagless_cached VARIABLE NAME FILE TEXT)
     set(cache "$ENV{XDG_CACHE_HOME}")
     if(NOT cache)

@@ -1,7 +1,8 @@
-# Code Composer Studio: what a build of the image is made of, taken from the targets themselves, goes into ccs.facts; of
-# that tools/projectspec makes lagless.projectspec, makefile.defs and project_check.c, the same way as those in ti/.
+# For Code Composer Studio: writes the sources and options of the image, read from the targets of CMake, into ccs.facts.
+# tools/projectspec makes lagless.projectspec, makefile.defs and project_check.c of that file, in the same way as those
+# in ti/.
 
-# The target and every library of ours behind it, each once.
+# Lists the target and every library of this project that it links to, each once.
 function(lagless_ccs_targets target result)
     set(found ${${result}})
     list(APPEND found ${target})
@@ -17,7 +18,7 @@ function(lagless_ccs_targets target result)
     set(${result} ${found} PARENT_SCOPE)
 endfunction()
 
-# A line a fact, `name value`; a list's items stand between semicolons.
+# The file has one fact per line, `name value`. Semicolons separate the items of a list.
 string(TOUPPER "${CMAKE_BUILD_TYPE}" ccs_type)
 set(ccs_facts "root ${CMAKE_SOURCE_DIR}
 tools ${C2000_CGT}

@@ -1,10 +1,11 @@
-# Beside the sanitizers, the lines of firmware/ and hal/ that are executed. Target `coverage`: builds everything, runs the
-# tests of both, prints their line coverage, and fails below the limit.   cmake --build --preset asan --target coverage
+# Counts the executed lines of firmware/ and hal/ in the build with the sanitizers. The target `coverage` builds everything, runs all
+# tests, prints the line coverage, and fails below the limit:
+#     cmake --build --preset asan --target coverage
 # The target `coverage_html` also writes a page for each file, line by line.
 foreach(room lagless_core lagless_firmware lagless_app lagless_hal lagless_hal_active_low)
     if(TARGET ${room})
-        # Plain counters: atomic ones take eight times as long. So nothing of the firmware runs in two threads at once in this build:
-        # host_sim/lab/lab.cmake leaves its pool one.
+        # The counters are not atomic, because atomic ones take eight times as long. Therefore the firmware must not run in two
+        # threads at once in this build: host_sim/lab/lab.cmake gives the pool one thread.
         target_compile_options(${room} PRIVATE --coverage -fprofile-update=single)
     endif()
 endforeach()
@@ -25,7 +26,7 @@ function(lagless_all_targets folder result)
     set(${result} "${targets}" PARENT_SCOPE)
 endfunction()
 
-# What CTest's own dashboard adds (Nightly, Experimental, ...) is not ours to build.
+# The targets that CTest's dashboard adds (Nightly, Experimental, ...) are not built.
 lagless_all_targets("${CMAKE_SOURCE_DIR}" everything)
 set(built)
 foreach(target IN LISTS everything)

@@ -1,8 +1,9 @@
-# The image for the F28335: lagless.out, its map, Intel hex, and what it takes of each memory.
+# Builds the image for the F28335: lagless.out, its map, an Intel hex file, and a report of the used part of each memory.
 enable_language(ASM)
 
 set(LAGLESS_GATES "" CACHE STRING "Level of a gate pin that turns its switch on: active_high or active_low")
-# A board file that leaves the level of the gates open asks for it here; one that names it allows no other.
+# If a board file does not state the level of the gates, this variable must state it. If the file states it, no other level
+# is accepted.
 lagless_board_file("${LAGLESS_BOARD}" board_file)
 get_filename_component(board_path "${board_file}" ABSOLUTE BASE_DIR "${CMAKE_SOURCE_DIR}")
 file(STRINGS "${board_path}" board_gates REGEX "^#define BOARD_GATE_ACTIVE_HIGH")
@@ -18,7 +19,8 @@ endif()
 find_package(Python3 3.9 COMPONENTS Interpreter REQUIRED)
 set(linker_file "${CMAKE_SOURCE_DIR}/linker/f28335_flash.cmd")
 
-# TI's flash API is its user's own: without it the image cannot erase or program flash.
+# The user has to obtain TI's flash API, which this project does not distribute. Without it the image cannot erase or
+# program flash.
 set(LAGLESS_FLASH_API "" CACHE FILEPATH "TI's Flash28335_API_V210.lib, or an image that tools/flash-api linked of it")
 set(flash_api hal/f28335/flash_api_none.c)
 if(LAGLESS_FLASH_API)
@@ -29,7 +31,7 @@ if(LAGLESS_FLASH_API)
         DEPENDS "${LAGLESS_FLASH_API}" tools/flash-api linker/flash_api.asm linker/flash_api.cmd VERBATIM)
 endif()
 
-# What has no place on the desk, which brings its own reset, waiting and background loop.
+# Sources for the chip only: the host simulation has its own reset, waiting and background loop.
 add_executable(lagless
     hal/f28335/codestart.asm
     hal/f28335/debug.asm

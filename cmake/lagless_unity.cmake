@@ -1,7 +1,7 @@
-# Unity, from the first place that has it: UNITY_DIR, an installed package, the cache that tools/get-unity fills, GitHub.
-# Gives the target unity::framework, and lagless_runner(), which gives a file of tests its main().
-# lagless_runner(out source [MODULE name]): `out` is a C file that includes `source` and runs each of its tests: a program, or
-# a module of a room. Its compiler needs the folder of the project among its include directories.
+# Finds the test framework Unity in the first place that has it: UNITY_DIR, an installed package, the cache that tools/get-unity fills,
+# GitHub. Defines the target unity::framework, and the function lagless_runner(), which makes the main() of a file of tests.
+# lagless_runner(out source [MODULE name]): `out` is a C file that includes `source` and runs each of its tests, as a program or as one
+# module of a test program with several. The include directories of its target must contain the top folder of the project.
 find_package(Python3 3.9 COMPONENTS Interpreter QUIET)
 set(LAGLESS_RUNNER "${CMAKE_CURRENT_LIST_DIR}/unity_runner.py")
 function(lagless_runner out source)
@@ -18,8 +18,8 @@ function(lagless_runner out source)
     set(${out} "${runner}" PARENT_SCOPE)
 endfunction()
 
-# Notes that a C file of this folder is made by unity_runner.py with these words, of these sources. One start of Python makes all files
-# of a folder, in a command that is written when the folder has been read to its end.
+# Registers a C file of this folder that unity_runner.py makes with these arguments from these sources. A single command makes all
+# files of a folder with one start of Python. CMake writes this command when it has read the whole folder.
 function(lagless_made_by_runner file words) # SOURCE...
     get_property(files DIRECTORY PROPERTY LAGLESS_RUNNER_FILES)
     if(file IN_LIST files)
@@ -57,7 +57,7 @@ if(NOT UNITY_DIR)
     FetchContent_Declare(unity_source
         URL https://github.com/ThrowTheSwitch/Unity/archive/refs/tags/v2.6.1.tar.gz
         URL_HASH SHA256=b41a66d45a6b99758fb3202ace6178177014d52fc524bf1f72687d93e9867292
-        SOURCE_SUBDIR none) # its own CMakeLists.txt is not wanted
+        SOURCE_SUBDIR none) # Unity's own CMakeLists.txt is not used.
     message(STATUS "Unity is not on this machine: fetching it from GitHub (where that fails: tools/get-unity)")
     FetchContent_MakeAvailable(unity_source)
     set(UNITY_DIR "${unity_source_SOURCE_DIR}/src")

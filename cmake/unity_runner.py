@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Writes what runs the tests of a C file: every function `static void test_...(void)` of the file, in the file's order, under the
-file's own #if lines. A setUp() or a tearDown() that the file does not define is empty.
+"""Writes the C source that runs the tests of a C file: every function `static void test_...(void)` of the file, in the order of the
+file, inside the same #if lines. A setUp() or a tearDown() that the file does not define is empty.
 
-usage: unity_runner.py LIST   a line of LIST for each file that is made, and written where its text has changed:
+usage: unity_runner.py LIST   LIST has one line for each file to make. A file is written only if its text has changed:
        RUNNER tab test SOURCE          the program of one file
-       RUNNER tab module NAME SOURCE   one file of a room: int run_NAME(void)
-       RUNNER tab room NAME...         the program of a room: all of its modules, or those that its arguments name"""
+       RUNNER tab module NAME SOURCE   one module of a program: int run_NAME(void)
+       RUNNER tab room NAME...         the program that runs all of its modules, or those that its arguments name"""
 import os
 import re
 import sys

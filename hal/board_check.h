@@ -52,11 +52,11 @@
 
 #if BOARD_DEAD_BAND_MIN_NS < 50
 #error                                                                                                       \
-    "docs/board.md, line 7: BOARD_DEAD_BAND_MIN_NS is accepted from 50: what the data sheet of the switches demands"
+    "docs/board.md, line 7: BOARD_DEAD_BAND_MIN_NS is accepted from 50: the minimum of the data sheet of the switches"
 #endif
 #if BOARD_DEAD_TIME_NS < BOARD_DEAD_BAND_MIN_NS
 #error                                                                                                       \
-    "docs/board.md, line 7: BOARD_DEAD_TIME_NS is below BOARD_DEAD_BAND_MIN_NS, which the module demands: the legs would shoot through"
+    "docs/board.md, line 7: BOARD_DEAD_TIME_NS is below BOARD_DEAD_BAND_MIN_NS, the minimum of the module: the legs would shoot through"
 #endif
 #if BOARD_CYCLES_OF_NS(BOARD_DEAD_TIME_NS) > BOARD_DEAD_BAND_MAX
 #error "docs/board.md, line 7: BOARD_DEAD_TIME_NS does not fit the dead-band register, 1023 cycles"
@@ -76,7 +76,7 @@
 #endif
 #if BOARD_CURRENT_A_INPUT % 8 != BOARD_CURRENT_B_INPUT % 8
 #error                                                                                                       \
-    "docs/board.md, line 8: currents a and b must be a pair, ADCINAn and ADCINBn: only a pair is held at one instant"
+    "docs/board.md, line 8: currents a and b must be a pair, ADCINAn and ADCINBn: only a pair is sampled at the same instant"
 #endif
 #if BOARD_CURRENT_A_INPUT == BOARD_CURRENT_B_INPUT
 #error "docs/board.md, line 8: currents a and b are on one input"
@@ -84,7 +84,7 @@
 
 #if BOARD_CURRENT_ZERO_MV < 300 || BOARD_CURRENT_ZERO_MV > 2700
 #error                                                                                                       \
-    "docs/board.md, line 9: BOARD_CURRENT_ZERO_MV is accepted from 300 to 2700: the ADC must see both directions"
+    "docs/board.md, line 9: BOARD_CURRENT_ZERO_MV is accepted from 300 to 2700: the ADC must measure both directions"
 #endif
 #if BOARD_CURRENT_STEP_MA == 0 || BOARD_CURRENT_STEP_MV <= 0
 #error                                                                                                       \
@@ -120,7 +120,7 @@
 #error "docs/board.md, line 12: BOARD_MOTOR_INPUT is BOARD_ADC_A(0..7), BOARD_ADC_B(0..7) or BOARD_NONE"
 #endif
 
-/* Each input carries one signal. */
+/* Checks that each input has one signal. */
 #define BOARD_SAME_INPUT(x, y) ((x) != BOARD_NONE && (x) == (y))
 #if BOARD_SAME_INPUT(BOARD_CURRENT_C_INPUT, BOARD_CURRENT_A_INPUT) ||                                        \
     BOARD_SAME_INPUT(BOARD_CURRENT_C_INPUT, BOARD_CURRENT_B_INPUT)
@@ -147,11 +147,11 @@
 
 #if BOARD_SINK_AT_0V == BOARD_SINK_AT_3V || BOARD_SINK_MAX < BOARD_SINK_HOT
 #error                                                                                                       \
-    "docs/board.md, line 12: BOARD_SINK_AT_0V or BOARD_SINK_AT_3V is accepted from 95 degC: the ADC must see the trip at 90 degC"
+    "docs/board.md, line 12: BOARD_SINK_AT_0V or BOARD_SINK_AT_3V is accepted from 95 degC: the ADC must be able to measure the trip temperature, 90 degC"
 #endif
 #if BOARD_MOTOR_AT_0V == BOARD_MOTOR_AT_3V || BOARD_MOTOR_MAX < BOARD_MOTOR_HOT
 #error                                                                                                       \
-    "docs/board.md, line 12: BOARD_MOTOR_AT_0V or BOARD_MOTOR_AT_3V is accepted from 135 degC: the ADC must see the trip at 130 degC"
+    "docs/board.md, line 12: BOARD_MOTOR_AT_0V or BOARD_MOTOR_AT_3V is accepted from 135 degC: the ADC must be able to measure the trip temperature, 130 degC"
 #endif
 
 /* ---- Lines 13 and 14: encoder and lights ---- */
@@ -167,7 +167,7 @@
 #endif
 #define BOARD_ENCODER_PIN                                                                                    \
     (BOARD_ENCODER == BOARD_EQEP1_GPIO20 ? 20 : BOARD_ENCODER == BOARD_EQEP1_GPIO50 ? 50 : 24)
-/* Pins of the gates, of the fault line, of the encoder. */
+/* True for a pin of the gates, of the fault line or of the encoder. */
 #define BOARD_PIN_IS_TAKEN(pin)                                                                              \
     (((pin) >= 2 * BOARD_LEG_FIRST - 2 && (pin) < 2 * BOARD_LEG_FIRST + 4) ||                                \
      (pin) == 11 + BOARD_TRIP_ZONE || ((pin) >= BOARD_ENCODER_PIN && (pin) < BOARD_ENCODER_PIN + 4))
@@ -216,7 +216,7 @@
 #if 100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_UP_MA ||                                              \
     100 * BOARD_OVERCURRENT_TRIP_MA > 95 * BOARD_RANGE_DOWN_MA
 #error                                                                                                       \
-    "docs/board.md, line 16: BOARD_OVERCURRENT_TRIP_MA is accepted up to 95 % of what the sensors see in both directions"
+    "docs/board.md, line 16: BOARD_OVERCURRENT_TRIP_MA is accepted up to 95 % of the range of the sensors in both directions"
 #endif
 #if BOARD_CURRENT_LIMIT_MA < 200
 #error "docs/board.md, line 16: BOARD_CURRENT_LIMIT_MA is accepted from 200"
@@ -235,14 +235,14 @@
 #endif
 #if BOARD_OVERVOLTAGE_MAX_MV * BOARD_DC_PIN_MV > BOARD_DC_STEP_MV * 2940
 #error                                                                                                       \
-    "docs/board.md, line 16: BOARD_OVERVOLTAGE_MAX_MV is accepted up to 98 % of what the ADC sees of the link"
+    "docs/board.md, line 16: BOARD_OVERVOLTAGE_MAX_MV is accepted up to 98 % of the largest link voltage that the ADC can measure"
 #endif
 
 /* ---- Line 17: module's heat, gate supply ---- */
 
 #if BOARD_MODULE_CONTINUOUS_MA < 100 || BOARD_MODULE_CONTINUOUS_MA > 1000000
 #error                                                                                                       \
-    "docs/board.md, line 17: BOARD_MODULE_CONTINUOUS_MA is accepted from 100 to 1000000: what a leg stands as a direct current"
+    "docs/board.md, line 17: BOARD_MODULE_CONTINUOUS_MA is accepted from 100 to 1000000: the continuous direct current of a leg"
 #endif
 #if BOARD_MODULE_TIME_MS < 1 || BOARD_MODULE_TIME_MS > 100000
 #error "docs/board.md, line 17: BOARD_MODULE_TIME_MS is accepted from 1 to 100000"

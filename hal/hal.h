@@ -61,8 +61,8 @@ typedef enum {
 #define HAL_FLAG_TRIPPED   (1u << 0) /* the one-shot trip holds the gates off, of one leg at least */
 #define HAL_FLAG_FAULT_PIN (1u << 1) /* the power module pulls its fault line at this moment */
 #define HAL_FLAG_ENCODER   (1u << 2) /* quadrature phase error since the last sample */
-/* The sequence of periods is broken. Either this interrupt came after the next period or its conversion had
- * begun, or there was a period without a sample before, because the previous interrupt lasted too long.
+/* The sequence of periods is broken. Either this interrupt occurred after the next period or its conversion
+ * had begun, or there was a period without a sample before, because the previous interrupt lasted too long.
  * Compare values of a late interrupt act one period too late, and currents and position may be of different
  * periods. After a gap of ten periods or more, for example a debugger's halt, the next ten samples are late
  * as well. */

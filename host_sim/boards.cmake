@@ -1,6 +1,6 @@
-# The boards between which `lagless`, the Python package and `lagless fmu` choose: for each but that of the build a program and two
-# libraries, boards/NAME/ in the folder of the build's own. Only what depends on the board is compiled again; the rest is the same
-# objects. Linked plainly: a sixth slower, and in no time.
+# The boards that the user of `lagless`, of the Python package and of `lagless fmu` can select. Each board except that of the build
+# has a program and two libraries in boards/NAME/, below the folder of the program of the build. Only the sources that depend on
+# the board are compiled again. These programs have no link-time optimisation: they are a sixth slower, but link quickly.
 set(boards_programs "")
 set(boards_libraries "")
 foreach(board file IN ZIP_LISTS LAGLESS_BOARD_NAMES LAGLESS_BOARD_FILES)
@@ -40,7 +40,7 @@ foreach(board file IN ZIP_LISTS LAGLESS_BOARD_NAMES LAGLESS_BOARD_FILES)
     endif()
 endforeach()
 add_custom_target(lagless_boards DEPENDS ${boards_programs})
-# Whoever builds `lagless` gets them. The debugger and the sanitizers build those that they need.
+# The target `lagless` builds all of them. The builds for the debugger and for the sanitizers build only those that they need.
 if(NOT LAGLESS_SANITIZE AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
     add_dependencies(lagless lagless_boards)
 endif()

@@ -1,4 +1,4 @@
-/* For programs whose stderr is read: the host simulation and the simulated targets. */
+/* Prints a failed CHECK on stderr, in the host simulation and on simulated targets. */
 #include <stdio.h>
 #include <stdlib.h>
 

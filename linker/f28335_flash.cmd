@@ -1,4 +1,5 @@
-/* F28335, image in flash (data manual SPRS439, EABI section names). All numbers count 16-bit words.
+/* Linker command file for an image in the flash of the F28335 (data manual SPRS439, EABI section names). All numbers count 16-bit
+ *words.
  *
  * The functions of the interrupt, and those that set the flash's wait states, are loaded into flash and run from L0-L3,
  * the program RAM without wait states; hal_boot copies them. Sectors C and B, 0x328000-0x337FFF, are kept for stored parameters: an
@@ -7,7 +8,7 @@
  * 0x33FFF8-0x33FFFF. */
 MEMORY
 {
-    M0_M1      : origin = 0x000050, length = 0x0007B0 /* below: the boot ROM's stack and data */
+    M0_M1      : origin = 0x000050, length = 0x0007B0 /* The boot ROM uses the words below this address for its stack and data. */
     L0_L3      : origin = 0x008000, length = 0x004000
     L4_L7      : origin = 0x00C000, length = 0x004000
     FLASH_H_D  : origin = 0x300000, length = 0x028000
@@ -25,7 +26,8 @@ SECTIONS
     .switch       : > FLASH_H_D
     .const        : > FLASH_H_D
 
-    /* What the interrupt calls, function by function (--gen_func_subsections), and the fast library's division. */
+    /* The functions that the interrupt calls, each in a section of its own (--gen_func_subsections), and the division of the fast
+     * library. */
     .TI.ramfunc   : { *(.TI.ramfunc) -l rts2800_fpu32_fast_supplement_eabi.lib(.text)
                       /* begin: written by tools/check-linker --write */
                       /* firmware/app/app.c */

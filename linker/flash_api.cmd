@@ -1,6 +1,7 @@
-/* TI's flash API for the F2833x by itself, to run from L0-L3 (tools/flash-api). All numbers count 16-bit words. The table of
- * linker/flash_api.asm comes first; the rest lies anywhere behind it, the library's two variables too, so that the words of the
- * block are all that it needs. Its initial values of variables are never used: the program sets both before each use. */
+/* Links TI's flash API for the F2833x without other code, to run from L0-L3 (tools/flash-api). All numbers count 16-bit words.
+ * The block begins with the table of linker/flash_api.asm. The code and the library's two variables follow in any order, so
+ * that the block contains everything that the API needs. The initial values of the variables are not used, because the program
+ * sets both before each use. */
 MEMORY
 {
     L0_L3 : origin = 0x008000, length = 0x004000

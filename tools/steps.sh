@@ -5,9 +5,9 @@
 steps_log=build/log
 mkdir -p "$steps_log"
 steps_begin=$(date +%s)
-steps_beside=  # names of what runs beside, each with its process: " NAME:PID NAME:PID"
-steps_inside=  # yes: this shell is one of those
-steps_child=   # process of the step that runs in such a shell
+steps_beside=  # names of the parallel parts, each with its process: " NAME:PID NAME:PID"
+steps_inside=  # yes: this shell is a parallel part
+steps_child=   # process of the step that runs in a parallel part
 # A script that this one calls, with STEPS_OF_CALLER set, adds its steps to those of its caller.
 if [ -z "${STEPS_OF_CALLER:-}" ]; then
     : >"$steps_log/unchecked"
@@ -21,8 +21,8 @@ steps_read_processor() { # FILE
         printf "%.1f", sum }' "$1")
 }
 
-# step LOG TEXT COMMAND...: runs the command; LOG is appended to, so that several steps share one. A failing step shows
-# the end of what it printed and ends the script, and so does one that runs beside.
+# step LOG TEXT COMMAND...: runs the command; LOG is appended to, so that several steps can share one. A failing step shows the end
+# of its output and ends the script, also if it runs in a parallel part.
 step() {
     step_log=$steps_log/$1.log
     step_text=$2
@@ -47,13 +47,13 @@ step() {
         printf '%-66s %4d s  FAILED\n' "$step_text" $(($(date +%s) - step_start))
         echo >&2
         tail -n "+$((step_before + 1))" "$step_log" | tail -n 60 >&2
-        echo "$0: '$step_text' failed; all of it is in $step_log" >&2
+        echo "$0: '$step_text' failed; its whole output is in $step_log" >&2
         exit 1
     fi
     steps_beside_failed
 }
-# A shell of its own for a step that does not run beside: in the script's shell `times` would count what ran beside it too, all of
-# that at the moment when it ends.
+# A step that is not in a parallel part runs in a shell of its own, because `times` in the shell of the script would also count the
+# parallel parts, at the moment when they end.
 step_command() {
     if [ -n "$steps_inside" ]; then
         "$@" &
@@ -69,8 +69,8 @@ step_command() {
     fi
 }
 
-# beside NAME COMMAND...: runs a function of steps beside those that follow, until beside_end NAME waits for it and tells
-# its lines, in that place. Ends with the script, whatever ends that.
+# beside NAME COMMAND...: runs a function of steps in parallel with the following steps. beside_end NAME waits for its end and
+# prints its lines. The parallel part ends when the script ends for any reason.
 beside() {
     beside_name=$1
     shift
@@ -112,8 +112,8 @@ steps_beside_stop() {
     done
 }
 
-# unchecked TEXT: what this run could not look at. steps_unchecked tells it all again at the end: tolerated by hand, a
-# failure under continuous integration, which sets CI.
+# unchecked TEXT: reports a part that this run could not check. steps_unchecked prints all of these texts again at the end. They
+# are a failure under continuous integration, which sets CI.
 unchecked() {
     echo "$1"
     echo "$1" >>"$steps_log/unchecked"
@@ -123,13 +123,13 @@ steps_unchecked() {
         printf '\nnot checked, %s:\n' "$(wc -l <"$steps_log/unchecked" | tr -d ' ')"
         sed 's/^/  /' "$steps_log/unchecked"
         if [ -n "${CI:-}" ]; then
-            echo "$0: CI is set, where everything must be checked" >&2
+            echo "$0: CI is set, so that every part has to be checked" >&2
             return 1
         fi
     fi
 }
 
-# tools_here TEXT TOOL...: are these commands on the path? If not, TEXT is unchecked.
+# tools_here TEXT TOOL...: returns 0 if these commands are on the path; otherwise it reports TEXT as unchecked.
 tools_here() {
     tools_text=$1
     tools_missing=
@@ -141,26 +141,27 @@ tools_here() {
     [ -z "$tools_missing" ]
 }
 
-# steps_skipped LOG NAME: the tests of NAME that ctest, whose output LOG is, found skipped or without a program.
+# steps_skipped LOG NAME: reports the tests of NAME that ctest skipped, or whose program is missing, by its output LOG.
 steps_skipped() {
     sed -nE 's/^[[:space:]]*[0-9]+ - ([^ ]*) \((Skipped|Not Run|Disabled).*/\1/p' "$steps_log/$1.log" | sort -u |
         while read -r test; do
             unchecked "$2: test $test was skipped"
         done
 }
-# steps_skipped_inside FOLDER NAME: tests that passed, but left out a part, as ctest's record of the build FOLDER tells.
-# Told, and no failure: a board of two sensors, root who may read everything, a locale that is not installed.
+# steps_skipped_inside FOLDER NAME: prints the tests that passed, but omitted a part, by the record of ctest in the build FOLDER.
+# This is no failure: examples are a board with two sensors, the user root, who can read every file, and a locale that is not
+# installed.
 steps_skipped_inside() {
     awk '
         /^[0-9]+\/[0-9]+ Test: / { test = $3 }
         /^OK \(.*skipped=[0-9]/ { n = $0; sub(/.*skipped=/, "", n); print test, n + 0 }
         /^[0-9]+ Tests [0-9]+ Failures [1-9][0-9]* Ignored/ { print test, $5 }
     ' "$1/Testing/Temporary/LastTest.log" | while read -r test count; do
-        echo "$2: test $test skipped $count of its parts: what this machine or board has not"
+        echo "$2: test $test skipped $count of its parts: this machine or board lacks something that they need"
     done
 }
 
-# A step of this script begins its log anew.
+# The first step of this script that uses a log empties it.
 step_log_clear() {
     for name in "$@"; do
         : >"$steps_log/$name.log"
@@ -171,12 +172,12 @@ steps_seconds() {
     echo $(($(date +%s) - steps_begin))
 }
 
-# The machine's processors, for the build and the tests.
+# The number of processors of the machine, for the build and the tests.
 steps_jobs() {
     nproc 2>/dev/null || getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2
 }
 
-# Processor seconds of the steps that have ended, those beside included.
+# Processor seconds of the steps that have ended, with those of parallel parts.
 steps_processor_sum() {
     awk -F '\t' '{ sum += $4 - $3 } END { printf "%.0f", sum }' "$steps_log/steps.tsv"
 }

@@ -32,7 +32,7 @@ typedef struct {
     assumed_t assumed;    /* assumed values of motor and inverter with which the newest tuning was made */
     uint32_t assumed_at;  /* [periods] time of the drive when `assumed` was made */
     int32_t board_status; /* [-] hal_status_t of the board's start */
-    app_seen_t seen;      /* at the last copy */
+    app_seen_t seen;      /* at the time of the last copy */
     uint32_t task;        /* [-] number of the next task in the background list */
     uint32_t fed_period;  /* [periods] time of the drive when the watchdog was last served */
     uint32_t watched_at;  /* [periods] time of the drive when memory was last checked */

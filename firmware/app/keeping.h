@@ -1,4 +1,5 @@
-/* The memory of the stored parameters: the chip's flash, or a memory on the I2C bus, by the board file. */
+/* The memory of the stored parameters: the chip's flash or a memory on the I2C bus, as selected by the board
+#file. */
 #ifndef APP_KEEPING_H
 #define APP_KEEPING_H
 
@@ -9,14 +10,15 @@
 
 extern const store_flash_t keeping_memory;
 
-/* Before any use of keeping_memory and before hal_init. I2C: reads the memory, for 40 ms at 400 kHz. After an
- * error, which keeping_error() returns, the memory counts as empty and accepts no write. */
+/* Call it before any use of keeping_memory and before hal_init. With a memory on the I2C bus it reads this
+ * memory, which takes 40 ms at 400 kHz. After an error, which keeping_error() returns, the memory counts as
+ * empty and accepts no write. */
 void keeping_open(void);
 
 /* mirror_error_t; always MIRROR_GOOD with flash. */
 uint32_t keeping_error(void);
 
-/* True while changes of the memory are under way; never with flash, whose changes are complete at once. */
+/* True while changes of the memory are in progress; never with flash, whose changes are complete at once. */
 bool keeping_busy(void);
 
 #if BOARD_STORE == BOARD_STORE_I2C
@@ -33,7 +35,7 @@ typedef struct {
     uint16_t pages[STORE_PAGES * KEEPING_WORDS];
 } keeping_t;
 
-/* From the background list: one short step of the changes under way. */
+/* From the background list: one short step of the changes in progress. */
 void keeping_step(void);
 
 #endif

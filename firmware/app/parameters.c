@@ -59,7 +59,7 @@ bool parameters_start(void)
 }
 
 /* False, with `why`, while the memory cannot be used: it has failed since the start, or changes of it are
- * under way. */
+ * in progress. */
 static bool memory_is_free(params_error_t *why)
 {
     if (keeping_error() != (uint32_t)MIRROR_GOOD) {

@@ -26,7 +26,7 @@ typedef enum {
     E(1940, store_state, PARAMETERS_STATE_NAMES, TABLE_READ,                                                 \
       "last event of the stored parameters; corrupt: the defaults are active, and the bridge is refused "    \
       "until a reset; foreign: the defaults are active, and the memory holds data of another "               \
-      "program, which order erase removes; busy: a change of the memory is under way; failed: the memory "   \
+      "program, which order erase removes; busy: a change of the memory is in progress; failed: the memory " \
       "does not work (store_error), nothing is saved until a restart, and a set that was saved before it "   \
       "failed stays")                                                                                        \
     U(1941, store_saves, "-", 0, 0, 0, TABLE_READ, "times that parameters were saved since the start")       \
@@ -59,7 +59,7 @@ bool parameters_save(params_error_t *why);
  * active set stays. It proceeds like parameters_save(). false: `why`. */
 bool parameters_erase(params_error_t *why);
 
-/* True while a change of the memory is under way. */
+/* True while a change of the memory is in progress. */
 bool parameters_busy(void);
 
 #if BOARD_STORE == BOARD_STORE_I2C

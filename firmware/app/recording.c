@@ -6,7 +6,7 @@
 #include "settings/reasons.h"
 #include "settings/signals.h"
 
-#define TRIES  UINT32_C(3) /* of a copy between two samples */
+#define TRIES  UINT32_C(3) /* tries of a copy between two samples */
 #define MARGIN UINT32_C(8) /* [periods] from the time at which a snapshot is due until it is complete */
 #define DUE_AFTER                                                                                            \
     ((RECORDING_ROWS - RECORDING_AFTER) / 2u - MARGIN) /* [periods] age of the newer snapshot                \

@@ -40,11 +40,11 @@
 #define RECORDING_SNAPSHOT_AT(n)                                                                             \
     (RECORDING_EVENTS_AT + RECORDING_EVENT * RECORDING_EVENTS + (n)*RECORDING_SNAPSHOT)
 
-/* What an event is about: the id of a parameter or a request that has these bits from now on, or one of
- * these. A parameter acts with the next offer. */
+/* Subject of an event: the id of a parameter or a request that has these bits from now on, or one of these
+#constants. A parameter acts with the next offer. */
 #define RECORDING_WITHDRAWN  UINT32_C(10000) /* the offered tuning, and the parameters for it */
 #define RECORDING_OFFERED    UINT32_C(10001) /* a tuning of the parameters and assumed values */
-#define RECORDING_REPORTED   UINT32_C(10002) /* what the background has found, GUARD_CORRUPT_... */
+#define RECORDING_REPORTED   UINT32_C(10002) /* the results of the background, GUARD_CORRUPT_... */
 #define RECORDING_ASSUMED_AT UINT32_C(10010) /* and following: the assumed values, in their order */
 
 /* What a client reads: a head, the rows from the oldest to the newest, events and snapshots. */

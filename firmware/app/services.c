@@ -66,7 +66,7 @@ static bool restart(params_error_t *why)
     }
     if (parameters_busy()) {
         return refuse(table_by_id(&services_table, SERVICE_ORDER), REASON_STORE_BUSY,
-                      "what is being saved must be complete", (float)ORDER_RESTART, why);
+                      "the save must be complete", (float)ORDER_RESTART, why);
     }
     talk_restart();
     return true;

@@ -6,8 +6,10 @@
 #include "app/talk_modbus.h"
 #include "app/talk_values.h"
 
-#define SILENCE_PERIODS DRIVE_PERIODS(5e-3f)  /* silence that ends an incomplete frame */
-#define RESTART_PERIODS DRIVE_PERIODS(20e-3f) /* from the order to the reset: its answer is sent */
+#define SILENCE_PERIODS DRIVE_PERIODS(5e-3f) /* duration of the silence that ends an incomplete frame */
+#define RESTART_PERIODS                                                                                      \
+    DRIVE_PERIODS(20e-3f) /* time from the order to the reset, in which its answer is sent                   \
+#*/
 
 /* On a line of two wires the drive receives the octets that it sends. After this time such an octet has
  * arrived and has been read. */
@@ -23,7 +25,7 @@ static uint32_t waiting(uint16_t put, uint16_t got, uint32_t size)
     return put >= got ? (uint32_t)put - got : (uint32_t)put + size - got;
 }
 
-/* The place that number of octets behind this one, at most one turn. */
+/* The place in the ring that is this number of octets after `place`, at most one round further. */
 static uint16_t place_behind(uint16_t place, uint32_t count, uint32_t size)
 {
     const uint32_t next = place + count;
@@ -319,7 +321,7 @@ static void follow_setting(talk_t *talk)
     }
     const bool was_busy = talk->busy != 0u;
     talk->busy = is_busy(talk) ? UINT32_C(1) : UINT32_C(0);
-    if (talk->busy != 0u || was_busy) { /* it may have ended a moment ago */
+    if (talk->busy != 0u || was_busy) { /* the transmission may have ended since the last check */
         talk->busy_at = now;
     } else if (!same && now - talk->busy_at > RESTART_PERIODS) {
         use(talk, next);

@@ -48,7 +48,7 @@ typedef struct {
     uint16_t octets[TALK_AHEAD + 1u];
 } talk_out_t;
 
-/* How the chip's line is used. */
+/* The protocol on the chip's line, and its state. */
 typedef struct {
     int32_t protocol; /* [-] line_protocol_t */
     int32_t address;  /* of the Modbus server; 0 with XCP */
@@ -61,7 +61,7 @@ typedef struct {
     xcp_t xcp;
     daq_t daq;
     a2l_place_t a2l;       /* position at which the client reads */
-    uint32_t heard_at;     /* [periods] when the last good frame came */
+    uint32_t heard_at;     /* [periods] time of the last good frame */
     uint32_t steered;      /* [-] 1: `enable` was switched on over the serial link, and still is */
     uint32_t silent;       /* [-] 1: communication time-out of the master; until `enable` is set again */
     uint32_t line_errors;  /* [-] of the chip's line, at the last check */
@@ -81,7 +81,8 @@ typedef struct {
 /* After reset, before the first interrupt. */
 void talk_start(void);
 
-/* From the sample interrupt: reads the received octets of the chip's line, and writes those to be sent. */
+/* Called from the sample interrupt: reads the received octets of the chip's line, and writes those to be
+ * sent. */
 void talk_exchange(void);
 
 /* From the interrupt of the serial line, which comes before the chip's FIFO of 16 octets is full. */

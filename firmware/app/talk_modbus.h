@@ -1,4 +1,4 @@
-/* The rows of the tables as registers of Modbus, by the same rules as over XCP. For talk.c alone. */
+/* The rows of the tables as registers of Modbus, by the same rules as over XCP. Only talk.c uses it. */
 #ifndef APP_TALK_MODBUS_H
 #define APP_TALK_MODBUS_H
 

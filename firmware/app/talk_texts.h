@@ -1,5 +1,5 @@
 /* Texts that the drive sends over the serial link: its description, its identification, the name of its
- * event. For talk_values.c alone. */
+ * event. Only talk_values.c uses it. */
 #ifndef APP_TALK_TEXTS_H
 #define APP_TALK_TEXTS_H
 

@@ -1,4 +1,4 @@
-/* The values of the application at the addresses of the serial link. For talk.c alone. */
+/* The values of the application at the addresses of the serial link. Only talk.c uses it. */
 #ifndef APP_TALK_VALUES_H
 #define APP_TALK_VALUES_H
 

@@ -29,7 +29,7 @@
 
 typedef struct {
     uint32_t on;                    /* [-] 1: the capture keeps the records */
-    uint32_t came;                  /* [-] RECORD_CAME_... since the last sample, but for the setpoint */
+    uint32_t came;                  /* [-] RECORD_CAME_... since the last sample, except for the setpoint */
     uint32_t slots[RECORD_COLUMNS]; /* of the newest period */
 } drive_record_t;
 

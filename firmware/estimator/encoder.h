@@ -66,7 +66,7 @@ void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params);
 void encoder_reset(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count);
 
 /* Continues with coefficients that differ from `before`. The speed loop keeps its state, unless a new offset,
- * number of poles or number of counts changes the angle of the counts: the loop would take that for a motion,
+ * number of poles or number of counts changes the angle of the counts: the loop would treat that as a motion,
  * and starts again from the last `count`. */
 void encoder_take(encoder_t *encoder, const encoder_tuning_t *before, const encoder_tuning_t *tuning,
                   uint32_t count);

@@ -39,7 +39,7 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf)
         return;
     }
     smo_reset_error(smo, current, switching_error(&smo->tuning.axes, f));
-    if (smo->tuning.switching == (int32_t)SMO_SIGN) { /* its v is that of the next switching */
+    if (smo->tuning.switching == (int32_t)SMO_SIGN) { /* v of the next period */
         smo->switched = emf;
         smo->emf_hat = emf;
     }

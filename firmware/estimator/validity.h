@@ -3,7 +3,8 @@
  *
  *     amplitude   |e| agrees with psi_f |omega_e|; else voltage, flux or speed is wrong
  *     detector    the EMF is on the q axis; else the loop is not locked
- *     current     the observer's current is near the measured one; else it does not slide any more
+ *     current     the observer's current is near the measured one; else the observer has left its sliding
+ *                 mode
  *     speed       high enough for a measurable EMF, and not above the limit of the observer
  *
  * No sample time of its own except for the debounce: one step per T. */

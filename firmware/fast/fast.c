@@ -109,7 +109,7 @@ static void begin_window(fast_t *fast, fast_orders_t orders)
     fast->link.sunk = setpoint->link.sunk;
     fast->link.low = setpoint->link.low;
     fast->bridge.outputs.permitted = permitted(&fast->bridge, setpoint);
-    const bool later = fast->link.limits != 0u && fast->bridge.on != 0u; /* in limit_by_link() */
+    const bool later = fast->link.limits != 0u && fast->bridge.on != 0u; /* set in limit_by_link() */
     if (!later) {
         limit(fast, setpoint);
     }
@@ -405,6 +405,7 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     inverter_remember(&fast->inverter, &fast->command.duty, fast->measure.measured.current,
                       fast->measure.measured.u_dc);
     command->duty = (abc_t){fast->command.duty.a, fast->command.duty.b, fast->command.duty.c};
-    command->gates = fast->command.gates; /* field by field, because a copy of the whole is a call */
+    /* Copied field by field, because the compiler copies a whole struct by a function call. */
+    command->gates = fast->command.gates;
     command->outputs = fast->command.outputs;
 }

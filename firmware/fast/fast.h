@@ -162,8 +162,9 @@ typedef struct {
 void fast_init(fast_t *fast, fast_orders_t orders);
 
 /* The end of a window: the next period begins with orders that differ from `before`. The next period itself
- * takes them over, because this period has already closed a window. This function does only what a trip in
- * between requires and what needs the previous orders. `encoder_count` is that of the newest sample. */
+ * takes them over, because this period has already closed a window. This function only does the work that
+ * needs the previous orders, or that must be done before a possible trip. `encoder_count` is that of the
+ * newest sample. */
 void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before,
                uint32_t encoder_count);
 

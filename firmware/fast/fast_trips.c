@@ -8,7 +8,8 @@ void fast_open_bridge(fast_t *fast, uint32_t window)
     if (fast->bridge.open == 0u) {
         fast->bridge.open = 1u;
         fast->bridge.open_since = window;
-        fast->bridge.outputs.permitted = 0u; /* the chopper too, until a setpoint has judged the reason */
+        fast->bridge.outputs.permitted =
+            0u; /* the chopper is off as well, until a setpoint has judged the reason */
     }
 }
 
@@ -49,8 +50,8 @@ uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders)
 }
 
 /* The reason of the rows that have failed. The speed of the encoder's loop follows a step of its angle, too:
- * a step that is too small to count as a jump makes an overspeed of some milliseconds. The loop then comes
- * back from a speed that the rotor never had: the angle stays behind its prediction by more than any braking
+ * a step that is too small to count as a jump makes an overspeed of some milliseconds. The loop then returns
+ * from a speed that the rotor never had: the angle stays behind its prediction by more than any braking
  * explains. */
 static int32_t reason_of(const fast_t *fast, const fast_limits_t *limits)
 {

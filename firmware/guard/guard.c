@@ -42,7 +42,7 @@ void guard_init(guard_t *guard)
     memset(guard, 0, sizeof *guard);
 }
 
-/* The rows that count now. */
+/* The rows whose condition (fault_when_t) is met now. */
 static fault_set_t counting(uint32_t now)
 {
     const fault_set_t none = fault_set_none();

@@ -32,7 +32,7 @@ uint32_t trig_atan2_q(int32_t y, int32_t x)
         return 0u;
     }
     if (longer == 1) {
-        longer = 2; /* the least value with a reciprocal */
+        longer = 2; /* the smallest value that has a reciprocal */
         shorter = q_add(shorter, shorter);
     }
     int32_t r = q_clamp(quotient_q(shorter, reciprocal_q(longer), 30), Q_ONE(30));

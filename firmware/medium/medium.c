@@ -358,7 +358,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->jump_periods = MANOEUVRE_CATCH_PERIODS;
     setpoint->dither =
         manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
-    const float room = run_room(&medium->manoeuvres.run); /* next to the remaining i_d of a hand-over */
+    const float room = run_room(&medium->manoeuvres.run); /* together with the remaining i_d of a hand-over */
     const float most = bounds_less(room, medium->thermal.limit);
     setpoint->driving_limit = most;
     setpoint->braking_limit = most;

@@ -14,7 +14,7 @@
 
 #define INPUT_STOP_WINDOWS DRIVE_WINDOWS(SEQUENCE_INPUT_STOP)
 
-/* The bridge off, or on, without an order to start. */
+/* Orders the bridge off, or on, without a start. */
 #define OFF UINT32_C(0)
 #define ON  SEQUENCE_ON
 
@@ -217,7 +217,7 @@ static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *inpu
         }
         return OFF;
     }
-    if (input->requests->enable == (int32_t)REQUEST_ON) { /* a stop that has begun is completed */
+    if (input->requests->enable == (int32_t)REQUEST_ON) { /* a stop that has begun continues to its end */
         sequence->refusal = for_fault ? sequence->stop_reason : (int32_t)REASON_STOPPING;
     }
     return ON;

@@ -71,7 +71,7 @@ typedef struct {
     int32_t fault_reason;  /* [-] reason_t of the latched fault; REASON_NONE: none since start or reset */
     int32_t stop_reason;   /* [-] reason_t of the fault for which the motor is being stopped; REASON_NONE */
     int32_t fault_present; /* [-] reason_t: why the last reset was refused; REASON_NONE: none was */
-    fault_set_t faults_later; /* faults that came after the latched one */
+    fault_set_t faults_later; /* faults that occurred after the latched one */
     uint32_t setting;         /* [-] 1: the stop has ended, and the holding brake is being set */
     uint32_t stopping;        /* [windows] of the present stop for a fault */
     uint32_t retried; /* [-] automatic resets since `enable` was off, or since a minute without faults */

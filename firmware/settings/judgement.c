@@ -12,7 +12,7 @@
 
 /* Text of the rule for the formats of the fixed-point version, which depend on several rows; the range is
  * reported. */
-#define FORMATS "the number formats of the fixed-point estimator hold it with the other rows as they are"
+#define FORMATS "the value must fit the number formats of the fixed-point estimator"
 
 static const table_row_t *row_of(param_t param)
 {

@@ -49,8 +49,8 @@ assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
         assumed.resistance = learnt->resistance.value;
     }
     if (learnt->inductance_q.from == params->motor_inductance_q && params->motor_saturation_current == 0.0f) {
-        /* exactly 1 for a round rotor, which then stays round, because the estimator needs more time for a
-         * salient one */
+        /* exactly 1 for a round rotor: the drive then treats it as round, because the estimator needs more
+         * time for a salient rotor */
         const float ratio = params->motor_inductance_d / params->motor_inductance_q;
         assumed.inductance_d = salient ? assumed.inductance_d : ratio * learnt->inductance_q.value;
         assumed.inductance_q = learnt->inductance_q.value;

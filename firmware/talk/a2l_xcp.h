@@ -9,7 +9,7 @@
 #include "talk/text.h"
 #include "talk/xcp.h"
 
-/* Properties of the connection that the slave itself does not know. */
+/* Properties of the connection that the slave does not contain. */
 typedef struct {
     uint32_t period;           /* [ns] from sample to sample */
     uint32_t baud;             /* [Bd] of the serial line; 0: no serial line */

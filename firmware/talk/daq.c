@@ -108,7 +108,7 @@ daq_result_t daq_set_prescaler(daq_t *daq, uint32_t list, uint32_t prescaler)
     if ((daq->running >> list & 1u) != 0u) {
         return DAQ_ACTIVE;
     }
-    daq->list[list].prescaler = prescaler > 0u ? prescaler : 1u; /* 0 means 1 in the standard */
+    daq->list[list].prescaler = prescaler > 0u ? prescaler : 1u; /* the standard defines that 0 means 1 */
     return DAQ_DONE;
 }
 

@@ -29,7 +29,7 @@ typedef struct {
     uint32_t counter;  /* [-] of the next frame, 16 bits */
     uint32_t count;    /* [octets] of the present frame */
     uint32_t dropping; /* [-] 1: octets are dropped until a silence */
-    uint32_t heard_at; /* [periods] when the last octet came */
+    uint32_t heard_at; /* [periods] time of the last octet */
     uint32_t frames;   /* [-] good ones so far */
     uint32_t errors;   /* [-] dropped ones so far */
     uint16_t octets[FRAME_HEADER + FRAME_MAX_CTO + FRAME_TAIL];
@@ -37,7 +37,7 @@ typedef struct {
 
 void frame_receiver_init(frame_receiver_t *receiver, uint32_t silence);
 
-/* Octets of another protocol came in between: a frame begins with the next octet. On a line with a tail it
+/* Call it after octets of another protocol: a frame begins with the next octet. On a line with a tail it
  * must be a CONNECT or a SYNCH, with any CTR. The counts of frames are kept. */
 void frame_restart(frame_receiver_t *receiver);
 

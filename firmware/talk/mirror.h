@@ -26,7 +26,7 @@ typedef struct {
     void (*write)(uint32_t at, const uint16_t *words, uint32_t count);
     void (*read)(uint32_t at);
     mirror_reply_t (*poll)(uint16_t words[MIRROR_GROUP]);
-    void (*give_up)(void);  /* the transfer under way */
+    void (*give_up)(void);  /* the transfer in progress */
     uint32_t (*time)(void); /* [ticks] wraps */
     uint32_t refusals_last; /* [ticks] time for which a memory may refuse, several times its writing time */
     uint32_t transfer_last; /* [ticks] longest duration of a transfer */
@@ -47,8 +47,8 @@ typedef struct {
     uint32_t error;              /* [-] mirror_error_t; after an error nothing more is transferred */
     uint32_t at;                 /* [words] next group of `phase`, from the beginning of the mirror */
     uint32_t count;              /* [words] of that group */
-    uint32_t act;                /* [-] transfer that is under way, or the next one: mirror.c */
-    uint32_t flying;             /* [-] 1: a transfer is under way */
+    uint32_t act;                /* [-] transfer that is in progress, or the next one: mirror.c */
+    uint32_t flying;             /* [-] 1: a transfer is in progress */
     uint32_t tries;              /* [-] times that this group was written */
     uint32_t begun;              /* [ticks] when the transfer began */
     uint32_t asked;              /* [ticks] time of the first try of this transfer */
@@ -63,7 +63,7 @@ typedef struct {
 void mirror_begin(mirror_t *mirror);
 
 /* One short step: begins a transfer, or evaluates its reply. `pages`: STORE_PAGES x bus->words words. True
- * while something is left to do; false: all is done, or mirror->error. */
+ * while there is work; false: everything is done, or mirror->error is set. */
 bool mirror_step(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages);
 
 /* The store's calls. After an error erasing and programming are refused. */

@@ -55,12 +55,12 @@ typedef struct {
     uint32_t count;    /* [octets] of the present frame, also those that are not stored */
     uint32_t crc;      /* of them; 0 over a whole good frame */
     uint32_t spoilt;   /* [-] 1: octets of the present frame are lost */
-    uint32_t heard_at; /* [periods] when the last octet came */
+    uint32_t heard_at; /* [periods] time of the last octet */
     uint32_t frames;   /* [-] good requests to this drive so far */
     uint32_t errors;   /* [-] dropped frames so far */
 } modbus_t;
 
-/* Keeps the two counts. */
+/* Sets the initial state, but keeps the two counts. */
 void modbus_set(modbus_t *modbus, uint32_t address, uint32_t gap);
 
 /* The next octet; only the lower eight bits of the word are used. */

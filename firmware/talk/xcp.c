@@ -27,7 +27,7 @@ static uint32_t connect(xcp_call_t *call)
     daq_clear(call->daq);
     xcp_init(xcp, xcp->serial);
     xcp->connected = 1u;
-    xcp->seed = seed; /* the next one differs from it */
+    xcp->seed = seed; /* the next command differs from it */
     xcp->locked = call->access->key() != 0u ? UINT32_C(1) : UINT32_C(0);
     call->answer[1] = RESOURCE_CALIBRATION | RESOURCE_DAQ;
     call->answer[2] = COMM_OPTIONAL;
@@ -98,7 +98,7 @@ static uint32_t get_id(xcp_call_t *call)
 
 #define KEY_OCTETS 4u
 
-/* An open resource has a seed of no octets. */
+/* The seed of a resource that is not locked has no octets. */
 static uint32_t get_seed(xcp_call_t *call)
 {
     xcp_t *xcp = call->xcp;

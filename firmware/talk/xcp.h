@@ -93,7 +93,7 @@ typedef struct {
     uint32_t daq_list, daq_odt, daq_entry; /* the next place of WRITE_DAQ */
 } xcp_t;
 
-/* No client is connected. serial: 1 for a line that may change bits. */
+/* Sets the state without a connected client. serial: 1 for a line that may change bits. */
 void xcp_init(xcp_t *xcp, uint32_t serial);
 
 /* Executes the command. Writes the octets of the answer, one per word, into `answer` (space for

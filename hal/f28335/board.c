@@ -26,7 +26,7 @@
 #define GAP  (10u * PWM_PERIOD)
 #define HOLD (10u * PWM_PERIOD)
 
-/* Six neighbours, from GPIO0 = EPWM1A or GPIO6 = EPWM4A on, each with function 1. */
+/* Six consecutive pins, from GPIO0 = EPWM1A or GPIO6 = EPWM4A on, each with function 1. */
 #define GATE_PINS (UINT32_C(0x555) << (4u * (PWM_LEADER - 1u)))
 
 #define OUTPUTS (BOARD_CHOPPER_OUTPUT != BOARD_NONE || BOARD_BRAKE_OUTPUT != BOARD_NONE)
@@ -80,7 +80,7 @@ static void connect_pins(void)
         connect_pin((uint16_t)(QEP_PIN + n), QEP_PIN_MUX);
     }
     bus_protect();
-    /* The multiplexer of a pin acts two cycles after the write. */
+    /* A write to the multiplexer of a pin takes effect two cycles later. */
     bus_wait(2u);
 }
 
@@ -249,7 +249,8 @@ hal_status_t hal_init(const hal_config_t *config)
         return status;
     }
 #if BOARD_SERIAL_BAUD != 0
-    connect_serial(); /* first of all, because the line reports why a later part did not start */
+    connect_serial(); /* before all other parts, because the serial line reports why a later part did not
+                         start */
 #endif
     serial_init();
     if (!pwm_init(config->dead_band_count)) {

@@ -12,7 +12,7 @@
 /* Memory regions by their content. */
 typedef enum {
     BUS_PROGRAM,        /* flash, without the sectors that the drive writes itself */
-    BUS_INTERRUPT_CODE, /* its copy that runs from RAM */
+    BUS_INTERRUPT_CODE, /* the copy of the code that runs from RAM */
     BUS_STACK_END,      /* the last words of the stack, which should never be used */
     BUS_REGIONS
 } bus_region_t;
@@ -32,7 +32,8 @@ bus_memory_t bus_memory(bus_region_t region);
 #define BUS_CODE_AT UINT32_C(0x8000)
 void bus_copy_code(void); /* silicon: hal/f28335/boot.c */
 
-/* The words of TI's flash API (flash_api.h); silicon: made by tools/flash-api. No words: there is none. */
+/* The words of TI's flash API (flash_api.h); silicon: made by tools/flash-api. Without the API there are no
+ * words. */
 bus_memory_t bus_flash_api(void);
 
 #if defined(__TMS320C2000__)

@@ -316,7 +316,7 @@ typedef struct {
 #define ADCTRL1_CPS       (1u << 7)
 #define ADCTRL1_ACQ_PS(n) ((uint16_t)((n) << 8)) /* window n + 1 ADCCLK */
 #define ADCTRL1_SUSMOD(n)                                                                                    \
-    ((uint16_t)((n) << 12)) /* debug halt: 0 goes on, 1 ends the sequence, 2 and 3 stop in it */
+    ((uint16_t)((n) << 12)) /* debug halt: 0 continues, 1 ends the sequence, 2 and 3 stop in it */
 #define ADCTRL1_SUSMOD_ALL   (3u << 12)
 #define ADCTRL1_RESET        (1u << 14)
 #define ADCTRL2_SOCA_SEQ1    (1u << 8) /* ePWM SOCA starts SEQ1 */
@@ -361,7 +361,7 @@ typedef struct {
 #define SCIRXST_BRKDT       (1u << 5) /* nothing more is received until SWRESET */
 #define SCIRXST_RXRDY       (1u << 6)
 #define SCIRXST_RXERROR     (1u << 7)
-#define SCIRXBUF_SCIFFFE    (1u << 15)                     /* this octet came without its stop bit */
+#define SCIRXBUF_SCIFFFE    (1u << 15)                     /* this octet had no stop bit */
 #define SCIFF_ST(reg)       ((uint16_t)((reg) >> 8 & 31u)) /* SCIFFTX, SCIFFRX: octets in the FIFO */
 #define SCIFFTX_TXFIFORESET (1u << 13)                     /* 0 = FIFO empty, held in reset */
 #define SCIFFTX_SCIFFENA    (1u << 14)

@@ -4,11 +4,11 @@
  *     first sample window ends   2.5 + (ACQ_PS + 1)
  *     next ones                  every 2 + ACQ_PS (sequential), 3 + ACQ_PS (simultaneous pairs)
  *     result                     4 after the end of its window, the B result of a pair 5 after it
- * The interrupt flag rises with the last result. Code = floor(4096 V / 3), plus ADCOFFTRIM, held to 0..4095.
+ * The interrupt flag rises with the last result. Code = floor(4096 V / 3) + ADCOFFTRIM, limited to 0..4095.
  *
  * In start-stop mode the sequencer stays behind its last state: without RST_SEQ1 the next start continues
  * from there, also in the result registers. One start that comes while the sequencer is busy waits; further
- * ones are lost. ADCCLK has no phase of its own here: it starts with the conversion.
+ * ones are lost. In this model ADCCLK starts with the conversion, so that it has no phase of its own.
  *
  * Every converter has small errors. TI has measured those of this one and stored the two words that correct
  * them in the OTP; the boot ROM copies these words. Every code is wrong by the part of ADCOFFTRIM that is

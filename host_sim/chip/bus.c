@@ -18,7 +18,7 @@ static bool within(uint32_t address, uint32_t begin, uint32_t words)
     return address - begin < words;
 }
 
-/* Blocks whose registers are 32 bits wide throughout. */
+/* Blocks in which all registers have 32 bits. */
 static bool wide_block(uint32_t address)
 {
     return within(address, VECTOR_AT, 0x100u) || within(address, GPIO_CONTROL_AT, 0x30u) ||

@@ -1,4 +1,4 @@
-/* The usual set-up of a drive, computed without a step for each count.
+/* A fast engine for the usual set-up of a drive, which needs no step for each count.
  *
  * Plain: SYSCLK at most 150 MHz, the three legs' modules (ePWM1..3, or ePWM4..6 if only these have pins) in
  * step, up-down without prescale, CMPA and CMPB loaded at zero, output A switched by CMPA alone and the same
@@ -8,10 +8,10 @@
  * With legs on ePWM4..6, ePWM1 may count in step ahead of them, with outputs that do nothing; every other
  * module does not count.
  *
- * Then the counters are one, leg n passes CMPA at zero + CMPA and at zero + 2 TBPRD - CMPA, and only
- * dead-band delays, the start of conversion and the next zero are left as events. With CMPA = 0 the action of
- * CAU comes at the zero after it was loaded, with CMPA >= TBPRD that of CAD comes at the period match:
- * exactly as in timebase.c, with which the tests compare this engine.
+ * Then all counters have the same value, leg n passes CMPA at zero + CMPA and at zero + 2 TBPRD - CMPA, and
+ * only dead-band delays, the start of conversion and the next zero are left as events. With CMPA = 0 the
+ * action of CAU comes at the zero after it was loaded, with CMPA >= TBPRD that of CAD comes at the period
+ * match: exactly as in timebase.c, with which the tests compare this engine.
  *
  * If no module reads the edges (averaged mode, or all pins tripped), the legs keep their state of the
  * carrier's zero until the next zero, or until carrier_see is called. */
@@ -113,11 +113,11 @@ static uint32_t high_time(const chip_epwm_t *epwm, uint32_t half, uint32_t up_le
     uint32_t before = epwm->cmpa;
     uint32_t between = 2u * (half - before);
     uint32_t after = before;
-    if (epwm->cmpa >= half) { /* CAD alone, at the period match */
+    if (epwm->cmpa >= half) { /* only CAD, at the period match */
         before = half;
         between = 0u;
         after = half;
-    } else if (epwm->cmpa == 0u) { /* neither: CAU comes with the next zero */
+    } else if (epwm->cmpa == 0u) { /* neither of them: CAU occurs at the next zero */
         before = 2u * half;
         between = 0u;
         after = 0u;
@@ -125,7 +125,8 @@ static uint32_t high_time(const chip_epwm_t *epwm, uint32_t half, uint32_t up_le
     return (epwm->a ? before : 0u) + (up_level ? between : after);
 }
 
-/* The dead band's polarity, if all legs agree on one of the two complementary ones and on one delay. */
+/* The polarity of the dead band, if all legs have the same one of the two complementary polarities and the
+ * same delay. */
 static uint32_t common_polarity(const chip_t *chip, uint32_t first)
 {
     const epwm_regs_t *regs = &chip->registers.epwm[first];
@@ -166,7 +167,7 @@ static uint64_t soc_cycle(const chip_t *chip)
     return CHIP_NEVER;
 }
 
-/* To the nearest tick. */
+/* Rounds to the nearest tick. */
 static uint32_t rounded(const chip_t *chip, uint32_t cycles)
 {
     const chip_clock_t *clock = &chip->clock;
@@ -312,7 +313,8 @@ void carrier_see(chip_t *chip)
     }
     carrier->lazy = 0u;
     plan(chip);
-    chip_plan(chip, SOURCE_EPWM, chip->next[SOURCE_EPWM]); /* a computation in advance stops before them */
+    chip_plan(chip, SOURCE_EPWM,
+              chip->next[SOURCE_EPWM]); /* a computation in advance ends before these counts */
 }
 
 /* The counter of one module has just passed zero at `cycle` and continues like that of the first leg. */
@@ -344,7 +346,7 @@ static bool idle_leader(const chip_t *chip, uint32_t first, uint64_t cycle)
            epwm->red_due == CHIP_NEVER && epwm->fed_due == CHIP_NEVER;
 }
 
-/* Bit m = module m counts in step; 0: this is no plain carrier. */
+/* Bit m: module m counts in step. 0: the set-up is not the usual one. */
 static uint32_t find_members(const chip_t *chip, uint32_t first, uint64_t cycle)
 {
     uint32_t members = 0u;
@@ -364,7 +366,8 @@ static uint32_t find_members(const chip_t *chip, uint32_t first, uint64_t cycle)
     return members;
 }
 
-/* Whose SOCA starts conversions, if at most one member does and at an event that is served here. */
+/* The module whose SOCA starts conversions, if at most one module does this, at an event that this engine
+ * supports. */
 static bool find_trigger(const chip_t *chip, uint32_t members, uint32_t first, uint32_t *from,
                          uint32_t *event)
 {

@@ -1,7 +1,7 @@
 /* Power-on, reset, binding to a thread and the event loop; reports and questions. */
 #include "hal/f28335/registers.h"
 
-/* No padding anywhere in the state: two equal chips are equal octet by octet. */
+/* The state contains no padding, so that equal chips are equal octet by octet. */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded"
 #include "host_sim/chip/chip.h"

@@ -46,17 +46,18 @@ typedef enum {
     CHIP_NO_VECTOR,        /* interrupt taken whose PIE vector was never written: the CPU is lost (halted) */
     CHIP_ADC_OVERRUN, /* start of conversion while the sequencer is busy: the first one waits, others are lost
                        */
-    CHIP_ADC_NOT_POWERED, /* conversion before the 5 ms of power-up were over: result is wrong (reads 0) */
-    CHIP_ADC_TOO_FAST, /* conversion with ADCCLK above 25 MHz; the result here is right, on silicon it is not
-                        */
-    CHIP_WATCHDOG_RESET, /* overflow, wrong WDCHK or wrong WDKEY: the chip was reset (CPU halted until
-                            chip_boot) */
-    CHIP_FLASH_TOO_FAST, /* SYSCLK above what the flash wait states allow */
-    CHIP_SERIAL_LOST,    /* octet written while the transmit FIFO was full, or the transmitter off: lost */
-    CHIP_FLASH_MISUSE,   /* flash erased or programmed with interrupts or watchdog on, or without the API:
-                            refused */
-    CHIP_FLASH_BEYOND,   /* word programmed behind those of a page that this model keeps: refused */
-    CHIP_I2C_MISUSE,     /* I2C clock changed out of reset (ignored), or START with it outside 7 to 12 MHz */
+    CHIP_ADC_NOT_POWERED, /* conversion within the 5 ms of the power-up: the result is wrong (0) */
+    CHIP_ADC_TOO_FAST,    /* conversion with ADCCLK above 25 MHz; the result of this model is right, that of
+                           * silicon is not
+                           */
+    CHIP_WATCHDOG_RESET,  /* overflow, wrong WDCHK or wrong WDKEY: the chip was reset (CPU halted until
+                             chip_boot) */
+    CHIP_FLASH_TOO_FAST,  /* SYSCLK too high for the flash wait states */
+    CHIP_SERIAL_LOST,     /* octet written while the transmit FIFO was full, or the transmitter off: lost */
+    CHIP_FLASH_MISUSE,    /* flash erased or programmed with interrupts or watchdog on, or without the API:
+                             refused */
+    CHIP_FLASH_BEYOND,    /* word programmed behind those of a page that this model keeps: refused */
+    CHIP_I2C_MISUSE,      /* I2C clock changed out of reset (ignored), or START with it outside 7 to 12 MHz */
     CHIP_REPORT_KINDS
 } chip_report_kind_t;
 
@@ -203,7 +204,7 @@ void chip_flip_memory(chip_t *chip, uint32_t region, uint32_t word, uint32_t bit
 uint32_t chip_serial_put(chip_t *chip, const uint8_t *octets, uint32_t count);
 
 /* Reads the octets that the chip has sent completely and that have not been read yet, oldest first. Returns
- * how many, at most `room`. The last CHIP_LINE_SENT are stored. */
+ * their number, at most `room`. The last CHIP_LINE_SENT are stored. */
 uint32_t chip_serial_get(chip_t *chip, uint8_t *octets, uint32_t room);
 
 /* Baud rate of the sender to the chip [bit/s], up to 18.75 Mbit/s; 0, as after power-on: the rate that the

@@ -3,8 +3,8 @@
  *
  * The pins are sampled when the result is visible: at a unit time-out, before an interrupt, after a wait.
  * Between two readings there must be fewer counts than SYSCLK cycles. If there are more, because the position
- * has jumped, the effect is that of two edges in one cycle on silicon: a phase error, and the counter follows
- * the quadrature lines alone, that is, the jump modulo 4.
+ * has jumped, the effect is that of two edges in one cycle on silicon: there is a phase error, and the
+ * counter follows only the quadrature lines, which show the jump modulo 4.
  *
  * QUTMR goes from 0 to QUPRD, where the time-out sets it to 0 in the same cycle: the period is QUPRD cycles
  * (SPRUG05, unit timer). No index or strobe pulse ever comes, so the fields that react to one have no effect.

@@ -23,7 +23,7 @@
 #define ERASE_TICKS   (2u * CHIP_TICKS_PER_SECOND)             /* typical: 2 s */
 #define PROGRAM_TICKS (50u * CHIP_TICKS_PER_SECOND / 1000000u) /* 50 us */
 
-#define FAILED      10u /* any status but 0 */
+#define FAILED      10u /* any status other than 0 */
 #define SCALE_HZ    5000000u
 #define SCALE_IS    1048576u /* the scale factor of a clock with SCALE_HZ */
 #define SCALE_AT    40u      /* [words] the library's variables, from its head on */
@@ -93,7 +93,7 @@ uint32_t chip_flash_operations(const chip_t *chip)
     return chip->flash.operations;
 }
 
-/* About half of the bits, different ones each time. */
+/* Selects about half of the bits, different ones at each call. */
 static uint32_t some_bits(uint32_t operation)
 {
     return (operation + 1u) * 0x9E3779B1u >> 16;
@@ -209,7 +209,7 @@ static uint16_t api_program(uint16_t *to, uint16_t *words, uint32_t count, flash
     for (uint32_t n = 0u; n < count; n++) {
         const uint32_t address = (uint32_t)(uintptr_t)to + n;
         uint16_t *word = ready(chip, address) ? kept_word(chip, address) : NULL;
-        if (word == NULL || (words[n] & ~*word) != 0u) { /* only an erase makes ones */
+        if (word == NULL || (words[n] & ~*word) != 0u) { /* only an erase changes bits to one */
             return FAILED;
         }
         work_on(chip, word, words[n]);

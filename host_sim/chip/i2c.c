@@ -116,7 +116,7 @@ static void not_acknowledged(chip_t *chip)
     chip->i2c.phase = PHASE_NACKED;
 }
 
-/* The address is out. */
+/* The address has been sent. */
 static void addressed(chip_t *chip)
 {
     const bool out = (regs(chip)->I2CMDR & I2CMDR_TRX) != 0u;
@@ -296,7 +296,7 @@ static uint32_t unknown(uint32_t offset, uint16_t value)
     case OFFSET(i2c_regs_t, I2CCLKH):
     case OFFSET(i2c_regs_t, I2CCNT):
         return 0u;
-    default: /* I2COAR, I2CIER: slave, interrupts; and what is reserved */
+    default: /* I2COAR, I2CIER (slave mode, interrupts), and reserved registers */
         return value;
     }
 }

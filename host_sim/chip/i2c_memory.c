@@ -94,7 +94,7 @@ static void write_octet(chip_t *chip, uint32_t at, uint32_t octet)
     }
 }
 
-/* The page's octets that were sent; `busy_until` is set behind it. */
+/* Writes the received octets of the page, and sets `busy_until` to the end of the writing. */
 static void write_page(chip_t *chip)
 {
     chip_i2c_memory_t *m = &chip->i2c.memory;

@@ -1,4 +1,4 @@
-/* Texts for people: names of registers, one line per report. */
+/* Texts for the user: names of registers, one line per report. */
 #include <stdio.h>
 #include <string.h>
 
@@ -184,7 +184,7 @@ const char *chip_report_text(chip_report_kind_t kind)
         return "flash erased or programmed with interrupts or watchdog on or without its API in L0-L3: "
                "refused";
     case CHIP_FLASH_BEYOND:
-        return "flash programmed behind what this model keeps of a page: refused";
+        return "flash programmed after the words of a page that this model stores: refused";
     case CHIP_I2C_MISUSE:
         return "I2C clock changed out of reset, or outside 7 to 12 MHz at a START";
     case CHIP_REPORT_KINDS:

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 
 /* [SYSCLK] flag to first instruction: 9 for vector fetch and automatic save (SPRUFB0), the rest recognition;
- * 14 in total is not confirmed by a document at hand. */
+ * no available document confirms the total of 14. */
 #define LATENCY_CYCLES 14u
 #define PIE_GROUPS     12u
 

@@ -8,9 +8,9 @@
  * outside, brings line, FIFOs and flags up to the present tick. An unused line therefore costs no time.
  *
  * The line towards the chip is a row of frames, each with its levels bit by bit; between them it is high. The
- * receiver works on these levels as in SPRUFZ5: a start bit is a fall after which the line is low for four
- * SCICLK (eight to a bit), each bit then the majority of the 4th, 5th and 6th of its SCICLK. Therefore a
- * different rate at the other end has the same effect as on silicon. */
+ * receiver works on these levels as in SPRUFZ5: a start bit is a falling edge after which the line is low for
+ * four SCICLK (a bit has eight); each following bit is the majority of the 4th, 5th and 6th SCICLK of the
+ * bit. Therefore a different rate at the other end has the same effect as on silicon. */
 #include <assert.h>
 
 #include "host_sim/chip/parts.h"
@@ -176,8 +176,8 @@ static uint32_t sampled(const chip_t *chip, uint64_t fall, uint32_t n)
     return high >= 2u;
 }
 
-/* A missing stop bit: a break, if the line stays low; else the receiver looks for the next fall. False: it
- * has not come yet. */
+/* After a missing stop bit: a break if the line stays low, otherwise the receiver waits for the next falling
+ * edge. False: this edge has not occurred yet. */
 static bool after_missing_stop(chip_t *chip)
 {
     chip_sci_t *sci = &chip->sci;
@@ -314,8 +314,8 @@ static bool is_quiet(const chip_t *chip)
     return (sci->line_count | sci->low | sci->sending | sci->waiting) == 0u;
 }
 
-/* The time at which the receiver has processed the next frame on the line; a false start bit counts as a
- * frame.
+/* The time at which the receiver will have processed the next frame on the line; a false start bit counts as
+ * a frame.
  */
 static uint64_t next_frame(const chip_t *chip)
 {
@@ -476,7 +476,7 @@ static uint32_t unknown(uint32_t offset, uint16_t value)
     case OFFSET(sci_regs_t, SCILBAUD):
     case OFFSET(sci_regs_t, SCITXBUF):
         return value & 0xFF00u;
-    default: /* SCICTL2, SCIFFCT: interrupts, automatic baud rate, delay; and what is reserved */
+    default: /* SCICTL2, SCIFFCT (interrupts, automatic baud rate, delay), and reserved registers */
         return value;
     }
 }
@@ -553,7 +553,8 @@ bool chip_serial_levels(chip_t *chip, uint32_t levels, uint32_t bits)
     uint64_t end = line_end(chip);
     chip_frame_t *on_line = &sci->line[(sci->line_first + sci->line_count) % CHIP_LINE_FRAMES];
     on_line->start = end > chip->tick ? end : chip->tick;
-    bool high = (levels >> (bits - 1u) & 1u) != 0u; /* where it ends; a low one is lifted by one more bit */
+    bool high =
+        (levels >> (bits - 1u) & 1u) != 0u; /* end of the frame; after a low last bit one more bit is high */
     on_line->levels = high ? levels : levels | 1u << bits;
     on_line->bits = high ? bits : bits + 1u;
     sci->line_count++;

@@ -1,7 +1,8 @@
 /* Clock tree, module clocks and flash wait states: SPRUFB0 ch. 1 and 5.
  *
- * SYSCLK = crystal x PLLCR / DIVSEL, the crystal alone while the PLL is bypassed or locking. Both are kept as
- * fractions of the tick, so nothing drifts at a crystal whose period is not a whole number of ticks. */
+ * SYSCLK = crystal x PLLCR / DIVSEL; while the PLL is bypassed or locking it is crystal / DIVSEL. The periods
+ * of both clocks are stored as fractions of the tick, so that there is no drift with a crystal whose period
+ * is not a whole number of ticks. */
 #include "host_sim/chip/parts.h"
 
 #define LOCK_CYCLES      131072u /* of the crystal */

@@ -111,7 +111,7 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
     case 's':
         if (of->set_count == ARGUMENTS_SETS) {
             argp_error(state,
-                       "--set %s: more than %u of them; accepted: at most that many, write the others into "
+                       "--set %s: more than %u of them; accepted: at most this number; write the others into "
                        "the scenario",
                        argument, ARGUMENTS_SETS);
         }

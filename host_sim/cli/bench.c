@@ -166,9 +166,9 @@ static double interrupt_ns(const scenario_t *scenario)
 
 /* ---- one step of the estimator ---- */
 
-/* A running sensorless drive's estimator and what it gets; NULL: the reason has been printed. `worst`: every
- * optional part is switched on, and a criterion of validity fails in every period, each time for too short a
- * time for the drive to report a fault. */
+/* The estimator of a running sensorless drive, and its inputs; NULL: the reason has been printed. `worst`:
+ * every optional part is switched on, and a criterion of validity fails in every period, each time for too
+ * short a time for the drive to report a fault. */
 static void *estimator_record(const scenario_t *scenario, bool worst)
 {
     static const struct {
@@ -179,7 +179,8 @@ static void *estimator_record(const scenario_t *scenario, bool worst)
         {"torque_feedforward", 1.0},    /* on */
         {"estimate_current_max", 1e-3}, /* [A] less than the current of any step */
         {"estimate_time", 10.0},        /* [s] */
-        {"doubtful_current", 0.0},      /* [A] every period is a step of the estimator, none is coasted */
+        {"doubtful_current",
+         0.0}, /* [A] so that every period has a step of the estimator and none is coasted */
     };
     rig_t *rig = worst ? running_rig(true, SENSORLESS, WORST_RPM) : rig_of(scenario, true, SENSORLESS);
     void *record = malloc(rig_estimator_size());
@@ -210,7 +211,7 @@ static double estimator_ns(const void *record)
     return median(values);
 }
 
-/* In the process that valgrind watches; the record comes on standard input. */
+/* Runs in the process that valgrind measures, with the record on standard input. */
 static int replay(const char *what)
 {
     const size_t size = rig_estimator_size();
@@ -220,7 +221,8 @@ static int replay(const char *what)
     if (good) {
         (void)rig_estimator_replay(record, empty);
     } else {
-        fprintf(stderr, "lagless bench: --replay is for bench itself: no record on standard input\n");
+        fprintf(stderr, "lagless bench: --replay: no record on standard input; this option is only for the "
+                        "program itself\n");
     }
     free(record);
     return good ? EXIT_DONE : EXIT_USAGE;
@@ -239,7 +241,7 @@ static void become_valgrind(const char *what, int input, int messages)
     _exit(NOT_INSTALLED);
 }
 
-/* Instructions that callgrind reports; NAN: none. */
+/* The number of instructions that callgrind reports; NAN: no number was found. */
 static double collected(int messages)
 {
     char line[512];
@@ -302,7 +304,7 @@ static double estimator_instructions(const void *record, const char **why)
     return count / RIG_ESTIMATOR_STEPS;
 }
 
-/* ---- all of it ---- */
+/* ---- the whole command ---- */
 
 typedef struct {
     double ns;           /* [ns] a step */
@@ -374,12 +376,12 @@ static void print_table(const options_t *options, const costs_t *costs)
     printf("  interrupt  %7.0f ns\n", costs->interrupt);
     printf("one estimator_step, " LAGLESS_BUILD "\n");
     if (options->scenario != NULL) {
-        print_cost("here", &costs->typical, "as the scenario leaves the drive");
+        print_cost("here", &costs->typical, "with the state of the drive at the end of the scenario");
         return;
     }
     print_cost("typical", &costs->typical, "1000 r/min, 5 N m");
     print_cost("worst", &costs->worst,
-               "165 r/min, 5 N m: e_q for |e|, K, flux adaptation, a criterion failing");
+               "165 r/min, 5 N m: e_q instead of |e|, K, flux adaptation, a criterion that fails");
 }
 
 /* scenario: NULL: bench's own conditions, the worst case among them. */

@@ -93,7 +93,8 @@ bool board_of_scenario(const char *name, const char *text, size_t octets, char w
         return false;
     }
     if (text != NULL && !back_to_stdin(text, octets)) {
-        snprintf(why, BOARD_WHY_SIZE, "the text cannot be kept: %s; give --board %s", strerror(errno), name);
+        snprintf(why, BOARD_WHY_SIZE, "the text cannot be stored: %s; give --board %s", strerror(errno),
+                 name);
         return false;
     }
     return become(board, why);

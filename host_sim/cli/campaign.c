@@ -216,7 +216,7 @@ static reading_t read_results(FILE *file, const char *path, campaign_t *campaign
 
 typedef struct {
     const options_t *options;
-    FILE *file; /* NULL: no folder */
+    FILE *file; /* NULL: there is no folder */
     char path[PATH_SIZE];
     char **texts; /* [runs] of violations, if there is no folder */
     uint32_t text_count;
@@ -304,7 +304,8 @@ static int open_results(const options_t *options, keeper_t *keeper, campaign_res
             return EXIT_USAGE;
         }
         keeper->file =
-            fopen(keeper->path, "w"); /* under its name: its content counts from the first line on */
+            fopen(keeper->path,
+                  "w"); /* opened under its final name, because every complete line is a valid result */
         campaign_head(&options->campaign, head);
         const bool begun = keeper->file != NULL && fputs(head, keeper->file) >= 0 &&
                            fputs(CAMPAIGN_COLUMNS, keeper->file) >= 0 && fflush(keeper->file) == 0;
@@ -459,7 +460,7 @@ int command_campaign(int argc, char **argv)
         {"seed", 'S', "S", 0, "seed of all random values (default 1)", 0},
         {"seconds", 't', "T", 0, "simulated seconds of each run (default 2)", 0},
         {"shard", 'i', "I/N", 0, "do only every N-th run, beginning with the I-th", 0},
-        {"as-drawn", 'a', NULL, 0, "write violations as drawn, not minimised", 0},
+        {"as-drawn", 'a', NULL, 0, "write the scenarios of violations as drawn, without minimising them", 0},
         {"resume", 'r', NULL, 0, "continue the campaign in FOLDER", 0},
         ARGUMENTS_BOARD,
         ARGUMENTS_OUTPUT("one JSON object on stdout", "write results and the scenarios of violations there"),
@@ -468,7 +469,7 @@ int command_campaign(int argc, char **argv)
     static const char doc[] =
         "Does runs with random motors, loads, wrong motor data, sensor errors, profiles and faults. Every "
         "period of every run is judged by rules that must always hold. Each violation is minimised and "
-        "written as a scenario with which `lagless run` reproduces it.\vRun n of a seed is the same whatever "
+        "written as a scenario with which `lagless run` reproduces it.\vRun n of a seed does not depend on "
         "the number of runs, shards and cores. `lagless campaign merge FOLDER...` combines shards into the "
         "result of one run; shards of a --scenario also need --scenario here.\n\nWith --scenario (a TOML "
         "file, or a name of `lagless scenarios`) every run is this scenario, and its expectations are judged "

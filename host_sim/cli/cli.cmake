@@ -41,7 +41,7 @@ add_executable(lagless $<TARGET_OBJECTS:lagless_cli>)
 target_link_libraries(lagless PRIVATE lagless_scope lagless_lab lagless_line lagless_flags)
 target_link_options(lagless PRIVATE ${LAGLESS_FAST_LINK})
 target_compile_definitions(lagless_cli PRIVATE "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
-# The scenarios known by name, and what a recording says it was made with.
+# The folder of the scenarios that are known by name, and the version that a recording states.
 execute_process(COMMAND git describe --always --dirty WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} OUTPUT_VARIABLE LAGLESS_COMMIT
     OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT LAGLESS_COMMIT)
@@ -59,10 +59,10 @@ if(EDIT_INCLUDE_DIR AND EDIT_LIBRARY)
     set_source_files_properties(cli/connect_edit.c PROPERTIES COMPILE_DEFINITIONS LAGLESS_HAS_EDIT INCLUDE_DIRECTORIES ${EDIT_INCLUDE_DIR})
     target_link_libraries(lagless PRIVATE ${EDIT_LIBRARY})
 endif()
-# What the instructions that bench counts are those of.
+# The compiler and its options, which `lagless bench` prints with the counted instructions.
 set_source_files_properties(cli/bench.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_BUILD=\"${CMAKE_C_COMPILER_ID} ${CMAKE_C_COMPILER_VERSION}, ${CMAKE_SYSTEM_PROCESSOR}, $<CONFIG>\"")
-# Where pictures are drawn; the environment variables LAGLESS_PYTHON and LAGLESS_TOOLS override both.
+# The Python and the folder of the scripts that draw pictures; the environment variables LAGLESS_PYTHON and LAGLESS_TOOLS replace them.
 set_source_files_properties(cli/output.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_PYTHON=\"${Python3_EXECUTABLE}\";LAGLESS_TOOLS=\"${CMAKE_SOURCE_DIR}/tools\"")
 set_target_properties(lagless PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})

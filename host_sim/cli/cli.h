@@ -7,7 +7,7 @@
 #define CLI_VERSION "lagless " LAGLESS_VERSION /* of the project in CMakeLists.txt */
 
 enum {
-    EXIT_DONE = 0,     /* and all expectations met */
+    EXIT_DONE = 0,     /* done, and all expectations are met */
     EXIT_FAILED = 1,   /* ran, but an expectation failed or could not be judged */
     EXIT_USAGE = 2,    /* wrong use or input */
     EXIT_INTERNAL = 3, /* internal or I/O */

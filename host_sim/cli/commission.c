@@ -79,7 +79,7 @@ static bool read_plate(const char *path, commission_plate_t *plate, commission_s
     motor_sheet_t sheet;
     scenario_error_t error;
     if (!motor_read_file(path, &sheet, &error)) {
-        library_say(&error);
+        library_say("commission", &error);
         return false;
     }
     *plate = (commission_plate_t){
@@ -139,7 +139,7 @@ static bool write_motor(const char *path, const char *scenario, const commission
     return output_close(file, path);
 }
 
-/* The steps on a drive that is a rig or at the end of a line. */
+/* Runs the steps on a simulated drive or on one at a serial link. */
 typedef struct {
     rig_t *rig;
     commission_line_t line;
@@ -183,7 +183,7 @@ static void close_machine(machine_t *machine)
     master_close(machine->line.master);
 }
 
-/* The parameters of a drive at a line into its flash. */
+/* Saves the parameters of a drive at a serial link in its flash. */
 static bool save(machine_t *machine)
 {
     master_refusal_t refusal = {0};
@@ -245,6 +245,9 @@ static int run(options_t *options, const scenario_t *scenario, machine_t *machin
                      &result)) {
         return EXIT_INTERNAL;
     }
+    if (options->file != NULL) {
+        fprintf(stderr, "the measured motor is in %s\n", options->file);
+    }
     if (options->file != NULL && !commission_known(&result)) {
         fprintf(stderr,
                 "lagless commission: --write %s: R, L and psi_f are not all measured; complete the file from "
@@ -278,8 +281,8 @@ int command_commission(int argc, char **argv)
          "did "
          "in the step turn",
          0},
-        {"yes", 'y', NULL, 0, "do not ask on the terminal: the shaft is free, the simulated motor answers",
-         0},
+        {"yes", 'y', NULL, 0,
+         "ask no questions on the terminal: the shaft is free, the simulated motor answers", 0},
         {"resume", 'r', NULL, 0, "take what the drive has measured since its start, and run the other steps",
          0},
         {"save", SAVE_KEY, NULL, 0, "save the resulting parameters in the flash of a drive at a line", 0},

@@ -26,7 +26,7 @@ typedef struct {
     master_error_t error;
     connect_staged_t staged[CONNECT_STAGED]; /* by this session, not applied */
     uint32_t staged_count;
-    const char *staged_set; /* set that an order has staged before these; NULL: none */
+    const char *staged_set; /* name of the set that an order has staged before these values; NULL: none */
 } session_t;
 
 /* ---- the table of commands ---- */

@@ -294,7 +294,7 @@ static recorder_t *open_recorder(session_t *session, const place_t *place, const
     return recorder;
 }
 
-/* Says where it is. */
+/* Prints the position in the script before an error. */
 static bool close_recorder(session_t *session, recorder_t *recorder, const place_t *place, const char *ended)
 {
     recorder_error_t error;
@@ -335,7 +335,7 @@ static void take_sample(void *context, uint32_t period, const uint32_t *slots, u
     }
 }
 
-/* false: no samples came, or the line broke. */
+/* false: no samples arrived, or the link was lost. */
 static bool await_samples(session_t *session, recording_t *recording)
 {
     uint64_t before = 0;

@@ -16,6 +16,6 @@ flash_file_t *flash_file_open(const char *path, rig_t *rig);
  */
 bool flash_file_keep(flash_file_t *file, const rig_t *rig);
 
-void flash_file_close(flash_file_t *file); /* NULL is fine */
+void flash_file_close(flash_file_t *file); /* NULL is accepted */
 
 #endif

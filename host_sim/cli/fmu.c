@@ -133,7 +133,7 @@ static int make(const options_t *options, scenario_t *scenario)
         return EXIT_USAGE;
     }
     if (!scenario_check(scenario, &error)) {
-        library_say(&error);
+        library_say("fmu", &error);
         return EXIT_USAGE;
     }
     scenario_file_name(scenario->path, name, sizeof name);

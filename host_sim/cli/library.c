@@ -32,7 +32,7 @@ static int is_scenario(const struct dirent *entry)
 }
 
 /* "load_step" means the library's file; a text with a slash or an ending is a path. */
-static bool scenario_path(char path[PATH_SIZE], const char *name)
+static bool scenario_path(char path[PATH_SIZE], const char *command, const char *name)
 {
     char file[PATH_SIZE];
     if (strchr(name, '/') != NULL || strchr(name, '.') != NULL || access(name, F_OK) == 0) {
@@ -54,35 +54,40 @@ static bool scenario_path(char path[PATH_SIZE], const char *name)
         free(entries[n]);
     }
     free(entries);
-    fprintf(stderr, "%s: neither a file nor a scenario of the library", name);
+    fprintf(stderr, "lagless %s: %s: neither a file nor a scenario of the library", command, name);
     output_suggest(stderr, names_found(&search));
     fprintf(stderr, names_found(&search) == NULL ? "; `lagless scenarios` lists them\n" : "\n");
     return false;
 }
 
-void library_say(const scenario_error_t *error)
+static void say(const char *command, const char *with, const scenario_error_t *error)
 {
     char text[1200];
     streams_at(error->file, error->place.line, error->place.column, error->name);
-    fprintf(stderr, "%s\n", scenario_error_text(error, text, sizeof text));
+    fprintf(stderr, "lagless %s: %s%s\n", command, with, scenario_error_text(error, text, sizeof text));
 }
 
-void library_hand_over(const scenario_error_t *error, const char *text, size_t octets)
+void library_say(const char *command, const scenario_error_t *error)
+{
+    say(command, "", error);
+}
+
+void library_hand_over(const char *command, const scenario_error_t *error, const char *text, size_t octets)
 {
     char why[BOARD_WHY_SIZE];
     if (error->board[0] != '\0' && !board_of_scenario(error->board, text, octets, why) && why[0] != '\0') {
-        fprintf(stderr, "%s: board %s: %s\n", error->file, error->board, why);
+        fprintf(stderr, "lagless %s: %s: board %s: %s\n", command, error->file, error->board, why);
     }
 }
 
-static scenario_t *read_stdin(scenario_error_t *error)
+static scenario_t *read_stdin(const char *command, scenario_error_t *error)
 {
     char *text = malloc(TOML_OCTETS_MAX + 1u); /* one more octet shows that it is too long */
     const size_t octets = text != NULL ? fread(text, 1, TOML_OCTETS_MAX + 1u, stdin) : 0u;
     inputs_note_descriptor(STDIN_FILENO);
     scenario_t *scenario = scenario_read_text_to_mend("stdin", text != NULL ? text : "", octets, error);
     if (scenario == NULL) {
-        library_hand_over(error, text, octets);
+        library_hand_over(command, error, text, octets);
     }
     free(text);
     return scenario;
@@ -98,16 +103,13 @@ static bool override(scenario_t *scenario, const char *command, const arguments_
         }
     }
     if (!scenario_check(scenario, &error)) {
-        if (of->set_count > 0u) {
-            fprintf(stderr, "lagless %s: with --set: ", command);
-        }
-        library_say(&error);
+        say(command, of->set_count > 0u ? "with --set: " : "", &error);
         return false;
     }
     return true;
 }
 
-void library_say_motor(const char *path)
+void library_say_motor(const char *command, const char *path)
 {
     motor_sheet_t sheet;
     scenario_error_t ignored;
@@ -117,8 +119,9 @@ void library_say_motor(const char *path)
     }
     for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {
         if (sheet.has[n]) {
-            fprintf(stderr, "%s is a motor: `lagless tune %s --write my.toml` writes a scenario for it\n",
-                    path, path);
+            fprintf(stderr,
+                    "lagless %s: %s is a motor: `lagless tune %s --write my.toml` writes a scenario for it\n",
+                    command, path, path);
             return;
         }
     }
@@ -129,17 +132,17 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
     char path[PATH_SIZE];
     scenario_error_t error;
     const bool from_stdin = strcmp(of->scenario, "-") == 0;
-    if (!from_stdin && !scenario_path(path, of->scenario)) {
+    if (!from_stdin && !scenario_path(path, command, of->scenario)) {
         return NULL;
     }
-    scenario_t *scenario = from_stdin ? read_stdin(&error) : scenario_read_to_mend(path, &error);
+    scenario_t *scenario = from_stdin ? read_stdin(command, &error) : scenario_read_to_mend(path, &error);
     if (scenario == NULL && !from_stdin) {
-        library_hand_over(&error, NULL, 0u);
+        library_hand_over(command, &error, NULL, 0u);
     }
     if (scenario == NULL) {
-        library_say(&error);
+        library_say(command, &error);
         if (!from_stdin) {
-            library_say_motor(path);
+            library_say_motor(command, path);
         }
         return NULL;
     }
@@ -181,7 +184,7 @@ int command_scenarios(int argc, char **argv)
             output_path(path, library(), entries[n]->d_name) ? scenario_read(path, &error) : NULL;
         entries[n]->d_name[strlen(entries[n]->d_name) - 5] = '\0';
         if (scenario == NULL) {
-            fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
+            fprintf(stderr, "lagless scenarios: %s\n", scenario_error_text(&error, text, sizeof text));
             exit_code = EXIT_USAGE;
         } else if (json) {
             printf("%s\n  {\"name\": \"%s\", \"duration_s\": %.9g, \"title\": ", n == 0 ? "" : ",",

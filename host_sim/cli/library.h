@@ -10,16 +10,16 @@
  * reason is on stderr. */
 scenario_t *library_read(const char *command, const arguments_scenario_t *of);
 
-/* Prints the error on stderr, with its place. */
-void library_say(const scenario_error_t *error);
+/* Prints the error on stderr: "lagless COMMAND: FILE:LINE:COLUMN: name: message". */
+void library_say(const char *command, const scenario_error_t *error);
 
 /* Call it after such an error. If the file is for another board, and --board is not given, this program
  * replaces itself by the program of that board. `text` is the text from stdin; NULL: the scenario is a file.
  */
-void library_hand_over(const scenario_error_t *error, const char *text, size_t octets);
+void library_hand_over(const char *command, const scenario_error_t *error, const char *text, size_t octets);
 
 /* Call it after such an error. If the file describes a motor, prints the command that writes a scenario for
  * it. */
-void library_say_motor(const char *path);
+void library_say_motor(const char *command, const char *path);
 
 #endif

@@ -14,7 +14,7 @@
 #include "host_sim/lab/map.h"
 
 #define CONDITIONS_SIZE 240
-#define THEORY_SHOWN    0.5 /* [mrad] a smaller one is left out */
+#define THEORY_SHOWN    0.5 /* [mrad] a smaller deviation from theory is not printed */
 
 typedef struct {
     arguments_output_t output;
@@ -359,7 +359,7 @@ static bool judge(const options_t *options, const map_point_t *points, size_t co
     return good;
 }
 
-/* ---- all of it ---- */
+/* ---- the whole command ---- */
 
 static int show(const options_t *options, const map_point_t *points, size_t count)
 {
@@ -441,13 +441,13 @@ static int run_into(const options_t *options)
     return drawn ? exit_code : EXIT_INTERNAL;
 }
 
-/* Takes over the entries of the scenario; false: the reason has been printed. */
+/* Reads the entries of the scenario; false: the reason has been printed. */
 static bool take_scenario(options_t *options, const scenario_t *scenario)
 {
     scenario_error_t error;
     options->setup.speed_count = options->has_speeds ? options->setup.speed_count : 0u;
     if (!map_of_scenario(&options->setup, scenario, &error)) {
-        library_say(&error);
+        library_say("map", &error);
         return false;
     }
     return true;

@@ -501,7 +501,7 @@ static void print_table(const matrix_cell_t *cells, size_t count)
     }
 }
 
-/* ---- all of it ---- */
+/* ---- the whole command ---- */
 
 static int tell(const options_t *options, const matrix_cell_t *cells, size_t count, double seconds)
 {

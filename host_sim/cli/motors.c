@@ -374,6 +374,7 @@ int command_tune(int argc, char **argv)
         if (!output_close(file, options.file)) {
             return EXIT_INTERNAL;
         }
+        fprintf(stderr, "the scenario is in %s; `lagless run %s` runs it\n", options.file, options.file);
     }
     return EXIT_DONE;
 }

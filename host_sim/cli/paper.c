@@ -203,7 +203,7 @@ static void print_table(const paper_t *paper)
         const bool ideal = strcmp(row->flavour, "ideal") == 0;
         verdicts[row->verdict]++;
         if (ideal && sibling(paper, row, "real") != NULL) {
-            continue; /* is beside it */
+            continue; /* the ideal number is beside it */
         }
         if (row->figure != figure) {
             figure = row->figure;
@@ -351,7 +351,7 @@ static bool report(const options_t *options, const char *data, const paper_t *pa
     return true;
 }
 
-/* ---- all of it ---- */
+/* ---- the whole command ---- */
 
 static void show(void *progress, size_t done, size_t total)
 {
@@ -371,7 +371,7 @@ static int tell(const options_t *options, const char *data, paper_t *paper, cons
     output_progress_end(progress);
     if (paper == NULL) {
         fprintf(stderr, "lagless paper: %s\n", why->text);
-        return options->file != NULL ? EXIT_USAGE : EXIT_INTERNAL; /* the file requests it */
+        return options->file != NULL ? EXIT_USAGE : EXIT_INTERNAL; /* requested by the file */
     }
     const double seconds = output_seconds() - progress->started;
     if (options->json) {
@@ -391,7 +391,7 @@ static int tell(const options_t *options, const char *data, paper_t *paper, cons
     return !done ? EXIT_INTERNAL : options->file != NULL && !good ? EXIT_FAILED : EXIT_DONE;
 }
 
-/* An experiment of the user's. */
+/* Runs an experiment of the user. */
 static int judge_file(const options_t *options)
 {
     char data[PATH_SIZE] = "";
@@ -399,10 +399,9 @@ static int judge_file(const options_t *options)
     paper_error_t why;
     experiment_t *experiment = experiment_read(options->file, &error);
     if (experiment == NULL) {
-        char text[1200];
-        library_hand_over(&error, NULL, 0u);
-        fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
-        library_say_motor(options->file);
+        library_hand_over("paper", &error, NULL, 0u);
+        library_say("paper", &error);
+        library_say_motor("paper", options->file);
         return EXIT_USAGE;
     }
     const int prepared = options->folder != NULL ? prepare(options, data) : EXIT_DONE;

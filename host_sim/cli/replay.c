@@ -57,7 +57,7 @@ typedef struct {
     uint32_t count;
     uint32_t formats;
     char name[256];
-    recorder_t *recorder; /* NULL: none is wanted */
+    recorder_t *recorder; /* NULL: none is requested */
 } recording_t;
 
 /* All signals of the drive, as many as a tap takes. */
@@ -164,7 +164,7 @@ static void print_text(const replay_file_t *file, const rig_replayed_t *seen)
     printf("record      firmware %" PRIu32 ".%" PRIu32 ".%" PRIu32 ", %s, board %s\n", record->version >> 16,
            record->version >> 8 & 0xFFu, record->version & 0xFFu, file->tables, record->board);
     printf("replayed    %" PRIu32 " periods from %s, %" PRIu32 " windows, %" PRIu32 " requests and %" PRIu32
-           " tunings that came meanwhile\n",
+           " new tunings during this time\n",
            seen->periods, when(at, seen->begin + 1u), seen->windows, seen->requests, seen->tunings);
     if (seen->differs) {
         printf("DIFFERENT   duties or gates from %s on\n", when(at, seen->wrong));
@@ -264,16 +264,16 @@ int command_replay(int argc, char **argv)
         ARGUMENTS_OUTPUT("one JSON object on stdout", "folder for a recording of all signals"),
         {"format", 'f', "FORMATS", 0, "csv (default), mat, mdf, separated by commas", 0},
         {0}};
-    static const struct argp argp = {
-        rows,
-        parse,
-        "FILE",
-        "Runs the drive's own tasks on the samples that a drive recorded before a fault, compares duties and "
-        "gates of each period with those of the drive, and explains the fault.\v"
-        "The exit code is 0 if all is the same, 1 if not.",
-        NULL,
-        NULL,
-        NULL};
+    static const struct argp argp = {rows,
+                                     parse,
+                                     "FILE",
+                                     "Runs the tasks of the drive on the samples that a drive recorded "
+                                     "before a fault, compares duties and "
+                                     "gates of each period with those of the drive, and explains the fault.\v"
+                                     "The exit code is 0 if all is the same, 1 if not.",
+                                     NULL,
+                                     NULL,
+                                     NULL};
     options_t options = {.path = NULL};
     replay_file_t file;
     char why[REPLAY_FILE_WHY];

@@ -260,7 +260,7 @@ typedef struct {
     uint32_t ids[RIG_TAP_MAX];
     uint32_t count;
     uint64_t every;
-    recorder_options_t how; /* points into this and into the scenario */
+    recorder_options_t how; /* its pointers refer to this struct and to the scenario */
     const char *pictures;   /* formats of those drawn; NULL: none */
     traces_t traces;
     /* of a fault */
@@ -441,7 +441,7 @@ static const char *reason_name(int32_t number)
     return row != NULL ? row->name : "?";
 }
 
-/* The end state, and the reason why the drive does not follow its requests. */
+/* Prints the end state, and the reason why the drive does not follow its requests. */
 static void print_end(const runner_result_t *result)
 {
     char when[TIMES_TEXT_SIZE];
@@ -699,7 +699,7 @@ static int close_recording(const options_t *options, const runner_result_t *resu
     return exit_code;
 }
 
-/* Where samples and edges go. */
+/* The sink that receives samples and edges. */
 static void set_sinks(const options_t *options, recording_t *recording, runner_options_t *how)
 {
     if (recording->recorder != NULL) {
@@ -805,7 +805,7 @@ static int run(const options_t *options, scenario_t *scenario)
     const bool ran = runner_run(scenario, &how, &result);
     output_progress_end(&progress);
     if (!ran) {
-        library_say(&result.error);
+        library_say("run", &result.error);
         recorder_abandon(recording.recorder);
         traces_free(&recording.traces);
         runner_result_free(&result);

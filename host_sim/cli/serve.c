@@ -101,7 +101,7 @@ static bool read_until(const char *text, uint32_t *periods)
 /* Waits, so that the simulation is not faster than real time. */
 typedef struct {
     double zero;     /* [s] of the host's clock at which period 0 would have begun */
-    double begun;    /* [s] of the wall */
+    double begun;    /* [s] of the host's clock */
     uint32_t behind; /* [-] number of times that a delay was not made up */
     bool told;
 } pace_t;
@@ -149,8 +149,9 @@ static void tell_clients(serve_t *serve)
 {
     const bool has = wire_has_client(serve->wire);
     if (has != serve->had_client && !serve->serial && !serve->quiet) {
-        fprintf(stderr, "lagless serve: client %s at %.3f s\n", has ? "came" : "left",
-                rig_period(serve->rig) * RIG_PERIOD_SECONDS);
+        char from[WIRE_CLIENT_SIZE];
+        fprintf(stderr, "lagless serve: client %s%s at %.3f s\n", has ? "connected from " : "disconnected",
+                has ? wire_client(serve->wire, from) : "", rig_period(serve->rig) * RIG_PERIOD_SECONDS);
     }
     serve->had_client = has;
 }
@@ -234,7 +235,7 @@ static int serve_scenario(const options_t *options, const numbers_t *numbers, co
     if (serve.wire == NULL) {
         fprintf(stderr, "lagless serve: %s\n", error.text);
     } else if (!course_start(&serve.course, &refused)) {
-        library_say(&refused);
+        library_say("serve", &refused);
         exit_code = EXIT_USAGE;
     } else {
         const rig_line_t line = {wire_read, wire_write, serve.wire};

@@ -1,4 +1,4 @@
-/* `lagless completion`, `lagless man`: made from the same tables as everything else. */
+/* `lagless completion`, `lagless man`: made from the same tables as the help texts. */
 #include <argp.h>
 #include <stdio.h>
 #include <string.h>

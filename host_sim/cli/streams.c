@@ -23,7 +23,7 @@ static struct {
     uint32_t line, column;
 } streams;
 
-/* ---- with --json both streams pass here ---- */
+/* ---- with --json both streams are redirected to these functions ---- */
 
 static ssize_t to_descriptor(int descriptor, const char *octets, size_t count)
 {
@@ -61,7 +61,7 @@ static void pass_through(void)
     FILE *output = fopencookie(NULL, "w", (cookie_io_functions_t){.write = write_output});
     FILE *messages = fopencookie(NULL, "w", (cookie_io_functions_t){.write = write_message});
     if (output == NULL || messages == NULL) {
-        return; /* as without --json */
+        return; /* the message is printed as without --json */
     }
     setvbuf(messages, NULL, _IONBF, 0);
     stdout = output;
@@ -123,8 +123,8 @@ void streams_begin(int argc, char **argv)
 {
     for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; descriptor++) {
         if (fcntl(descriptor, F_GETFD) == -1 && errno == EBADF) {
-            /* the lowest free number is this one; it is opened for the wrong direction, so that output cannot
-             * be written
+            /* open() returns the lowest free number, which is that of this stream; it is opened for reading,
+             * so that writes fail
              */
             (void)open("/dev/null", descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR);
         }

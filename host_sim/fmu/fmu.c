@@ -38,7 +38,7 @@ static fmi2Status say_about(const instance_t *instance, fmi2Status status, const
     return fmu_say(instance, status, scenario_error_text(error, text, sizeof text));
 }
 
-/* ---- an instance's ring ---- */
+/* ---- the simulation of an instance ---- */
 
 static void on_sample(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {
@@ -163,7 +163,7 @@ static bool find_part(const char *guid, rig_part_t *part)
     return false;
 }
 
-/* ---- the life of an instance ---- */
+/* ---- creation and states of an instance ---- */
 
 const char *fmi2GetTypesPlatform(void)
 {
@@ -272,7 +272,8 @@ fmi2Status fmi2Reset(fmi2Component component)
 fmi2Status fmu_no_variable(const instance_t *instance, fmi2ValueReference reference, const char *kind)
 {
     char text[96];
-    snprintf(text, sizeof text, "value reference %u: no variable of kind %s has it", reference, kind);
+    snprintf(text, sizeof text, "value reference %u: no variable of type %s has this reference", reference,
+             kind);
     return fmu_say(instance, fmi2Error, text);
 }
 
@@ -423,12 +424,12 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real point, fmi2Real size, fm
     const double periods = floor((end - kept->start) / RIG_PERIOD_SECONDS + ENDS_WITHIN);
     if (!instance->initialized || !(size >= 0.0) ||
         fabs(point - kept->now) > ENDS_WITHIN * RIG_PERIOD_SECONDS) {
-        return fmu_say(
-            instance, fmi2Error,
-            "a step begins where the last one ended, after the initialization, and has a length >= 0");
+        return fmu_say(instance, fmi2Error,
+                       "a step must follow the initialization, begin at the end of the previous step, and "
+                       "have a length >= 0");
     }
     if (!(periods < (double)UINT32_MAX)) {
-        return fmu_say(instance, fmi2Error, "the step ends later than the simulation counts");
+        return fmu_say(instance, fmi2Error, "the step ends after the largest time of the simulation");
     }
     const uint32_t to = (uint32_t)periods;
     if (instance->part != RIG_RING && to > kept->periods + 1u) {

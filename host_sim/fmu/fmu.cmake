@@ -1,5 +1,4 @@
-# The library in the archives that `lagless fmu` writes (docs/fmu.md). Like the Python package's it needs nothing but libc and libm where
-# it runs.
+# The library in the archives that `lagless fmu` writes (docs/fmu.md). Like that of the Python package it only needs libc and libm at run time.
 include(${CMAKE_SOURCE_DIR}/cmake/lagless_fmi.cmake)
 if(NOT FMI_DIR OR LAGLESS_SANITIZE OR SKBUILD) # a master that is not sanitized cannot load it
     return()
@@ -9,8 +8,8 @@ desk_room(lagless_fmu_objects)
 target_compile_definitions(lagless_fmu_objects PRIVATE _GNU_SOURCE LAGLESS_ANY_BOARD)
 target_include_directories(lagless_fmu_objects SYSTEM PRIVATE ${FMI_DIR})
 target_link_libraries(lagless_fmu_objects PRIVATE lagless_lab)
-# Linked plainly, as the FMUs of the other boards and the Python library of a build are: optimising across modules took 17 s of processor
-# in each build, for a library that a check runs for seconds.
+# It has no link-time optimisation, like the FMUs of the other boards and the Python library of a build. This optimisation would take 17 s of
+# processor time in each build, for a library that a check runs for seconds.
 add_library(lagless_fmu SHARED $<TARGET_OBJECTS:lagless_fmu_objects>)
 target_link_libraries(lagless_fmu PRIVATE lagless_lab lagless_flags)
 target_link_options(lagless_fmu PRIVATE ${LAGLESS_PLAIN_LINK} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL -Wl,--strip-all

@@ -9,7 +9,7 @@
 
 typedef struct {
     uint64_t check;  /* FNV-1a over the octets that follow this word */
-    uint64_t octets; /* of all of it */
+    uint64_t octets; /* of the whole state */
     uint32_t tables; /* hash of the tables */
     uint32_t initialized;
     uint64_t part; /* rig_part_t */
@@ -62,7 +62,7 @@ static fmi2Status no_state(const instance_t *instance)
 {
     return fmu_say(
         instance, fmi2Error,
-        "the state is damaged, or that of another model; accepted is one that this library has saved "
+        "the state is damaged, or belongs to another model; accepted is a state that this library has saved "
         "for the same scenario");
 }
 

@@ -7,7 +7,7 @@
 
 #define CURRENT_SHARE 1.25         /* of the rated current, at least */
 #define LIMIT_SHARE   (0.95 / 1.2) /* of the range: the largest trip, and the limit below it */
-#define LINK_SHARE    1.15         /* of the link, at least: room below the largest trip */
+#define LINK_SHARE    1.15         /* of the link, at least: distance to the largest trip */
 #define VOLTAGE_USE   0.9          /* of the link: largest EMF */
 #define SQRT_3        1.7320508075688772
 #define WINDOW        0.8e-3 /* [s] of the medium task */
@@ -28,8 +28,8 @@ static const board_facts_t *find(const char *name)
     return NULL;
 }
 
-/* If no name is near: the one with the longest common beginning; among equals, the one with the fewest edits.
- * With so few names, one of them is always near. */
+/* The most similar name: the one with the longest common beginning, and among these the one with the fewest
+ * edits. */
 static const char *likest(const char *name)
 {
     const char *best = "none";
@@ -141,7 +141,7 @@ const char *boards_unsuited(char to[BOARDS_TEXT_SIZE], const motor_t *motor)
     }
     if (!boards_voltage_suits(board, motor)) {
         snprintf(part, sizeof part,
-                 "%sthe motor needs a link of %.4g V, and board %s allows a trip of %.4g V at most",
+                 "%sthe motor needs a link of %.4g V, and the largest trip of board %s is %.4g V",
                  to[0] != '\0' ? "; " : "", link_of(motor), board->name, board->overvoltage_max);
         append(to, part);
     }

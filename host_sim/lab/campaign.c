@@ -183,7 +183,7 @@ void campaign_file_name(uint32_t run, char name[32])
 typedef struct {
     uint32_t done, held, refused, violated, reproduced, excused, faulted, injected;
     uint32_t calm, alarms;
-    bool alarmed; /* more than chance explains */
+    bool alarmed; /* more alarms than chance explains */
     uint32_t violations[CAMPAIGN_INVARIANT_COUNT];
 } counts_t;
 
@@ -296,7 +296,8 @@ static void say_excuses(list_t *list, const campaign_t *campaign, const campaign
         diodes, done);
 }
 
-/* The drive's faults by reason, in runs that held: without and with one injected. */
+/* Prints the faults of the drive by reason, in runs without a violation: with and without an injected fault.
+ * */
 static void say_faults(list_t *list, const campaign_t *campaign, const campaign_result_t *results)
 {
     enum { NUMBERS = 256 };
@@ -367,7 +368,7 @@ static void say_violations(FILE *file, bool json, const campaign_t *campaign,
     }
 }
 
-/* How often each case is drawn. */
+/* Prints how often each case was drawn. */
 static uint32_t quantity_count(const campaign_t *campaign)
 {
     const campaign_case_t any = {.around = campaign->scenario};

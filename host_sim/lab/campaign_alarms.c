@@ -1,4 +1,4 @@
-/* The false alarms of a campaign: faults in calm runs, their rate, and which runs they are. */
+/* Prints the false alarms of a campaign: faults in calm runs, their rate, and the numbers of these runs. */
 #include <inttypes.h>
 #include <math.h>
 

@@ -1,4 +1,4 @@
-/* A scenario as text again, with errors of its plant. */
+/* Writes the scenario of a run as text, with errors of its plant. */
 #include <math.h>
 #include <string.h>
 

@@ -1,4 +1,5 @@
-/* Judges the duties of a drive: it runs, follows its requests, and ends operation beyond its limits. */
+/* Judges whether a drive does its work: it runs, follows its requests, and ends operation beyond its limits.
+#*/
 #include <math.h>
 
 #include "host_sim/lab/campaign_parts.h"
@@ -8,7 +9,7 @@
 #define LINK_PERIODS    3u                       /* [periods] of too high a link with a gate on */
 #define SPEED_SECONDS   5e-3                     /* [s] of too fast a shaft with a gate on */
 #define LOOP_LAG        5.0  /* [-] k_p/k_i of the tracking loop times its bandwidth, at damping 1 */
-#define AWAY_SECONDS    0.1  /* [s] of a torque that drives away */
+#define AWAY_SECONDS    0.1  /* [s] of a torque that increases the error of the speed */
 #define INTEGRAL        3.0  /* [-] k_p w/k_i of the speed control, with k_p = J w/K_t, by its rule */
 #define ANSWERS         3.0  /* [-] time constants after which the speed control has responded */
 #define ANSWER_MOST     1.0  /* [s] */
@@ -22,7 +23,7 @@
 #define ENCODER_SECONDS 0.4  /* [s] the same with the encoder */
 #define STOP_SECONDS    0.5  /* [s] that a quick stop may take in addition to the braking time */
 #define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
-#define LINK_NOISE      4.0  /* [-] standard deviations of the link's noise */
+#define LINK_NOISE      4.0  /* [-] accepted number of standard deviations of the link's noise */
 #define LINK_STEP       0.5  /* [V] of the converter of the link's voltage, and of its filter */
 
 static double drag_of(const campaign_case_t *drawn)
@@ -40,8 +41,8 @@ static double winding(const campaign_case_t *drawn)
     return configured * campaign_inertia(drawn) * w * w / INTEGRAL;
 }
 
-/* [s] In which the integral of the speed control changes by this torque [N m] at this error [rad/s]. A light
- * rotor has a small k_i, whatever its load is. */
+/* [s] Time in which the integral of the speed control changes by this torque [N m] at this error [rad/s]. A
+ * light rotor has a small k_i, independent of its load. */
 static double wound(const campaign_duty_t *duty, double torque, double error)
 {
     return fmin(torque / (duty->winding * error), ANSWER_MOST);
@@ -134,8 +135,9 @@ static void judge_stop(campaign_watch_t *watch, uint32_t period, const uint32_t 
     }
 }
 
-/* [s] In which too fast a shaft opens the bridge. Without encoder the speed of the loop lags behind an
- * acceleration by k_p/k_i, in proportion to the error of the feed-forward by a wrong psi_f. */
+/* [s] Time within which the drive must open the bridge if the shaft is too fast. Without encoder the speed of
+ * the loop lags behind an acceleration by k_p/k_i, in proportion to the error of the feed-forward by a wrong
+ * psi_f. */
 static double fast_most(const campaign_duty_t *duty)
 {
     return SPEED_SECONDS + (duty->coded ? 0.0 : duty->lag);
@@ -173,7 +175,7 @@ static bool leaves(const campaign_watch_t *watch, const uint32_t *rows, double t
            torque * (wanted - speed) < 0.0 && torque * (in_force - speed) <= 0.0;
 }
 
-/* In current mode: more torque than requested, or in the other direction. */
+/* True if in current mode the torque is larger than requested, or has the other direction. */
 static bool exceeds(const campaign_watch_t *watch, const uint32_t *rows, double torque)
 {
     const double per_ampere = watch->motor.torque / watch->motor.current;
@@ -193,8 +195,8 @@ static bool is_another_wish(campaign_duty_t *duty, const uint32_t *rows)
     return another;
 }
 
-/* A torque that responds to a load, or brakes a load-driven change of speed, is control and no runaway:
- * after half of the time the speed is nearer to its reference. */
+/* Distinguishes speed control from a runaway: if the torque responds to a load, or brakes a change of speed
+ * caused by a load, the speed is nearer to its reference after half of the time. */
 static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
@@ -248,7 +250,7 @@ static double held(const campaign_watch_t *watch, const uint32_t *rows, double l
     return wound(duty, (load + duty->drag) * duty->torque + against, fmax(fabs(wanted), least));
 }
 
-/* [periods] In which the shaft must be at its speed. */
+/* [periods] Time within which the shaft must reach its speed. */
 static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double load)
 {
     const campaign_duty_t *duty = &watch->duty;

@@ -167,7 +167,7 @@ void campaign_violated(campaign_watch_t *watch, campaign_invariant_t invariant, 
 /* Infinite or not a number: all bits of the exponent. */
 #define EXPONENT UINT32_C(0x7f800000)
 
-/* One pass without a branch, so that it costs little. */
+/* One loop without a branch, so that it is fast. */
 static bool all_finite(const uint32_t *slots, uint32_t count)
 {
     uint32_t bad = 0;

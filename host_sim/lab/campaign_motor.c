@@ -11,7 +11,7 @@
 #define RUN_UP_MIN   4e-3   /* [s] to rated speed by rated torque: the smallest servo motors */
 #define RIPPLE_MAX   0.3    /* [-] of rated current, peak to peak: V_dc T_s/(6 L) */
 #define CATCH                                                                                                \
-    2.7 /* [-] periods times 0.9 of rated speed: for which the EMF drives the current of a catch             \
+    2.7 /* [-] periods times 0.9 of rated speed: during which the EMF drives the current of a catch          \
          */
 #define NOISE_MOST 0.3 /* [-] of the EMF at rated speed: L n/T of the currents' noise n */
 #define PERIOD     ((double)BOARD_PERIOD)
@@ -20,14 +20,16 @@
  * delays and drops and 30 % of R, take a tenth of this EMF, and a hidden EMF shows no wrong angle. */
 #define VOLTAGE_ERRORS 1.1
 
-#define TRIP          1.4  /* [-] overspeed_trip over rated speed ... */
-#define TRIP_FIELD    1.15 /* [-] ... or over the fastest of a motor whose field is weakened */
-#define LINK_USED     0.95 /* [-] of dc_overvoltage: largest EMF between two phases at overspeed_trip */
+#define TRIP       1.4  /* [-] overspeed_trip over rated speed ... */
+#define TRIP_FIELD 1.15 /* [-] ... or over the fastest of a motor whose field is weakened */
+#define LINK_USED                                                                                            \
+    0.95                   /* [-] of dc_overvoltage: largest EMF between two phases at overspeed_trip, as a  \
+#                     share of dc_overvoltage */
 #define TURN_MOST     0.33 /* [rad] electrical, in a period at overspeed_trip */
 #define SALIENT_ERROR (1.0 / 3.0) /* [-] of the error of other motors' L */
 #define SATURATES     0.6         /* [-] of rated current: least current of saturation */
 
-/* The one whose rows are the defaults: the paper's. */
+/* The motor of the paper, whose data are the defaults of the rows. */
 static campaign_motor_t default_motor(void)
 {
     const double torque_per_ampere =
@@ -215,9 +217,9 @@ static bool fills_link(const campaign_case_t *drawn)
            CAMPAIGN_VALUE(drawn, dc_soft) * (trip * trip - source * source);
 }
 
-/* [-] Over rated speed: by how much a step of the load, over rated torque, moves the speed. The speed control
- * has k_p = J w/K_t and k_i = k_p w/3, so that w(s)/T(s) = s/(J (s^2 + w s + w^2/3)), whose largest response
- * to a step is 0.70 T/(J w); k_p contains the configured J and psi_f. */
+/* [-] Change of the speed by a step of the load: relative to rated speed, for a step of rated torque. The
+ * speed control has k_p = J w/K_t and k_i = k_p w/3, so that w(s)/T(s) = s/(J (s^2 + w s + w^2/3)), whose
+ * largest response to a step is 0.70 T/(J w); k_p contains the configured J and psi_f. */
 static double moved_by(const campaign_case_t *drawn, double load)
 {
     const campaign_motor_t motor = campaign_motor(drawn);

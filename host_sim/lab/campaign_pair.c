@@ -5,14 +5,18 @@
 #include "host_sim/lab/campaign_parts.h"
 
 #define PAIRED_EVERY 8u    /* [-] one of this number of runs with learning is repeated */
-#define PAIRED_REST  1u    /* not one of those that are repeated */
+#define PAIRED_REST  1u    /* remainder that differs from that of the runs that are repeated */
 #define WINDOW       50e-3 /* [s] */
 #define SETTLED      9.0   /* [s] of constant request and load: L takes 8 s of measurements (theory, 24) */
 #define NEAR         0.05  /* [-] of rated speed, within which the speed is steady */
-#define WINDOWS_MIN  4u    /* with fewer that are steady in both runs nothing is compared */
+#define WINDOWS_MIN  4u    /* [periods] with fewer periods that are steady in both runs nothing is compared */
 #define LEGS         3.0   /* [-] share of one leg in the mean of all */
-#define MOVED        0.005 /* [-] of its true value: difference from which a learnt value counts as changed */
-#define NEARER       0.5 /* [-] of the error of the configured value: error of a learnt one that is no cause */
+#define MOVED                                                                                                \
+    0.005 /* [-] of the true value: from this difference on a learnt value counts as changed                 \
+#                    */
+#define NEARER                                                                                               \
+    0.5 /* [-] of the error of the configured value: a learnt value with a smaller error                     \
+#                    cannot be the cause */
 
 /* A load that depends on the angle keeps the angle error changing, independent of the learning. */
 static bool has_steady_load(const campaign_case_t *drawn)
@@ -60,9 +64,9 @@ static void keep_learnt(campaign_angles_t *angles, const uint32_t *rows)
     angles->truth[0] = angles->lost_time * campaign_number(rows, CAMPAIGN_AT_true_u_dc) + angles->drop;
 }
 
-/* true: what has been learnt differs from the configured data, and is clearly nearer to the truth. The errors
- * of two configured values may compensate each other in the angle. If one of them is then learnt correctly,
- * the angle becomes worse. */
+/* true: the learnt values differ from the configured data, and are clearly nearer to the true ones. The
+ * errors of two configured values may compensate each other in the angle. If one of them is then learnt
+ * correctly, the angle becomes worse. */
 static bool is_truer(const campaign_angles_t *with, const campaign_angles_t *without)
 {
     bool truer = false;

@@ -169,9 +169,9 @@ typedef struct {
     bool limited;        /* the link limits the torque that keeps a speed constant */
     bool soft;           /* the link limits only the braking torque */
     bool brakes;         /* the present request is slower than the shaft was, or in the other direction */
-    uint32_t off, fast, high,
-        mute;      /* [periods] duration: enable = off; speed, link too high; on, no bridge, no refusal */
-    uint32_t away; /* [periods] time for which the torque has increased the error of the speed */
+    uint32_t off, fast, high, mute; /* [periods] duration of: enable = off with a gate on; speed too high;
+                                       link too high; enable = on without bridge and refusal */
+    uint32_t away;         /* [periods] time for which the torque has increased the error of the speed */
     double away_torque;    /* [N m] largest torque in that time */
     double away_error;     /* [rad/s] error of the speed at the beginning of the second half of that time */
     uint32_t away_wish[4]; /* slots of the requests in that time, and of the load */
@@ -193,7 +193,7 @@ typedef struct {
     double speed;                        /* [rad/s] mechanical, with the lag of the tracking loop */
     double none; /* [A] length of a current that counts as none, as in the drive's watch of the encoder */
     uint32_t fast_at, over_at, high_at, low_at,
-        wrong_at;     /* [periods] last time at which the limit was exceeded; 0: never */
+        wrong_at;     /* [periods] last time at which the limit was exceeded; 0: it was not exceeded */
     uint32_t starved; /* [periods] time for which the link has been too low */
     uint32_t quiet;   /* [periods] time without current, with all gates off */
     bool drifted;     /* the offsets have changed, and there has been no time to measure them since */

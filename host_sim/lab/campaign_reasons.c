@@ -5,23 +5,25 @@
 #include "host_sim/lab/campaign_parts.h"
 #include "settings/reasons.h"
 
-#define CARRIES     0.25 /* [-] of rated current: with less nothing is expected of a phase ... */
+#define CARRIES     0.25 /* [-] of rated current: with less current in a phase no report is required ... */
 #define NEARLY_NONE 0.01 /* [-] of the sensors' range */
 #define CARRIES_SEEN                                                                                         \
-    0.04 /* [-] ... nor with less of the sensors' range: twice the current that shows an open wire */
+    0.04 /* [-] ... nor with less than this share of the sensors' range, which is twice the current that     \
+            shows an open wire */
 #define NAMED_PERIODS (2u * DRIVE_WINDOW) /* [periods] */
 #define NOTICE_TIMES  3.0                 /* [-] part of the promised time in which current is requested */
 #define WITNESS       0.05                /* [s] within which the reported condition was true */
-#define LOCK_WITNESS  2.0                 /* [s] in which three losses of the lock are one too many */
+#define LOCK_WITNESS  2.0                 /* [s] within which the third loss of the lock is a fault */
 #define STARVED       10e-3               /* [s] that too low a link may last with a gate on */
 #define HEAT_MARGIN   2.0                 /* [K] */
 #define RAIL          8.0                 /* [-] codes from the end of the converter's range */
 #define LATE_MARGIN   1.2                 /* [-] periods */
-#define SLIP_SEEN     0.3                 /* [-] share of the motion that the matrix has missed */
+#define SLIP_SEEN     0.3 /* [-] share of the motion that the encoder misses in the fault of the matrix */
 #define CODES         4095.0
 #define PHASE_ANGLE   2.0943951023931957 /* [rad] a third of a turn, between two phases */
 #define SWITCH_SPEED                                                                                         \
-    490.0 /* [rad/s] electrical, of a faster one half a turn is shorter than twice the 3.2 ms of the law */
+    490.0 /* [rad/s] electrical; at a higher speed half a turn is shorter than twice the 3.2 ms of the law   \
+           */
 #define MAGNET_LEFT                                                                                          \
     0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
 #define HEAVY_MASS                                                                                           \
@@ -44,7 +46,7 @@ enum {
     IN_MODULE = 512,
     IN_SHAFT = 1024,
     IN_MEMORY = 2048, /* anything may be wrong */
-    IN_MAGNET = 4096, /* so weak that its EMF seems to be missing */
+    IN_MAGNET = 4096, /* a magnet so weak that its EMF may count as missing */
 };
 
 static const struct {
@@ -106,7 +108,7 @@ static const struct {
 /* Another condition under which a reason is true: the cause was present shortly before. */
 typedef enum { BY_FAULT, BY_SPEED, BY_CURRENT, BY_HIGH_LINK, BY_LOW_LINK, BY_ANGLE, BY_FRAME } witness_t;
 
-/* Reasons that name a cause; the others name what the drive could not do. */
+/* Reasons that name a cause; the other reasons name an action that failed. */
 static const struct {
     int32_t reason;
     uint32_t what;
@@ -121,7 +123,7 @@ static const struct {
     /* after missed interrupts the motion of several periods counts as one */
     {REASON_OVERSPEED, IN_TIME, BY_SPEED},
     {REASON_LATE, IN_TIME, BY_FAULT},
-    /* a current beyond the range of the sensors puts one at its limit */
+    /* a current beyond the range of the sensors drives one of them to its limit */
     {REASON_BAD_SAMPLE, IN_STUCK | IN_CURRENT, BY_CURRENT},
     {REASON_ENCODER_PHASE, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
@@ -143,7 +145,7 @@ static const struct {
     {REASON_LOCK_LOST, 0u, BY_ANGLE},
 };
 
-/* When a fault shows. */
+/* The condition under which a fault is visible. */
 typedef enum { WHENEVER, WHILE_ON, WHILE_ASKED, WHILE_FED, WHILE_CODED } shows_t;
 
 /* Reports that the matrix promises, for faults of at least this size. */
@@ -375,8 +377,8 @@ static bool is_large(const campaign_watch_t *watch, const campaign_injected_t *i
     return strcmp(row, "encoder_slip") != 0 || injected->value > SLIP_SEEN;
 }
 
-/* [A] Commanded current of the phase that a broken wire or switch interrupts: its magnitude, of a switch only
- * that of the direction which the switch conducts. */
+/* [A] Commanded current of the phase that a broken wire or switch interrupts: its magnitude; for a switch
+ * only if the switch conducts this direction. */
 static double fed_by(const campaign_injected_t *injected, const uint32_t *rows)
 {
     const char *row = campaign_faults[injected->kind].row;

@@ -10,7 +10,7 @@
 #define CHOPPER_ABOVE  1.05   /* [-] of the source: least chopper_voltage */
 #define LINK           1e-3   /* [F] if the fault needs a capacitor */
 #define SHAFT_DAMPING  0.02   /* [-] of an elastic shaft */
-#define SPRING_SECONDS 2.0    /* [s] at rated speed, after which a spring has its torque */
+#define SPRING_SECONDS 2.0    /* [s] at rated speed, after which a spring has its full torque */
 #define PERIOD         ((double)BOARD_PERIOD)
 #define EDGE_ABOVE     0.03 /* [-] of dc_overvoltage: largest distance of the source below it */
 #define EDGE_BELOW     0.05 /* [-] of dc_undervoltage: largest distance of the source above it */
@@ -42,7 +42,7 @@ static void set_drive(campaign_settings_t *to, const campaign_case_t *drawn, con
     set(to, "current_limit", motor->current);
     set(to, "overcurrent_trip", motor->trip);
     set(to, "low_speed_current", 0.2 * motor->current);
-    if (campaign_is_salient(drawn)) { /* the others by their rules */
+    if (campaign_is_salient(drawn)) { /* the rules of the drive determine the other parameters */
         set(to, "motor_saturation_current", motor->saturation);
         set(to, "plant.saturation_q", motor->saturation);
     } else {
@@ -103,7 +103,7 @@ static void set_shaft(campaign_settings_t *to, const campaign_case_t *drawn, con
     }
 }
 
-/* [V] Of the source: as drawn, or within a few per cent of one of the drive's limits. */
+/* [V] Voltage of the source: as drawn, or within a few per cent of a limit of the drive. */
 static double source_voltage(const campaign_case_t *drawn)
 {
     const double edge = CAMPAIGN_VALUE(drawn, dc_edge);
@@ -198,7 +198,7 @@ double campaign_speed_loop(const campaign_case_t *drawn)
     return campaign_loop(drawn) / LOOP_SLOWER;
 }
 
-/* With a share of 1 the drive's own rule decides, and for a salient motor. */
+/* If the share is 1, or the motor is salient, the parameter stays 0 and the rule of the drive applies. */
 static void set_loop(campaign_settings_t *to, const campaign_case_t *drawn)
 {
     if (CAMPAIGN_VALUE(drawn, loop_share) == 1.0 || campaign_is_salient(drawn)) {

@@ -7,7 +7,9 @@
 
 #define REPEATED_EVERY 64u  /* [-] one run of this number is made twice */
 #define SHRINK_RUNS    400u /* [runs] a violation is not minimised by more than these */
-#define AFTERWARDS     1e-3 /* [s] by which a shortened run continues, so that the end is visible */
+#define AFTERWARDS                                                                                           \
+    1e-3 /* [s] by which a shortened run continues after the violation, so that its end is                   \
+#                      visible */
 
 static uint32_t row_of(const char *name)
 {
@@ -202,7 +204,7 @@ static bool try_smaller(shrink_t *shrink, const campaign_case_t *smaller)
     if (!campaign_run(smaller, shrink->stop, &result) || result.end != CAMPAIGN_VIOLATED ||
         result.invariant != shrink->result->invariant ||
         (result.invariant == CAMPAIGN_I_EXPECT && result.row != shrink->result->row)) {
-        return false; /* another expectation is another violation */
+        return false; /* a violation of another expectation is a different violation */
     }
     *shrink->best = *smaller;
     *shrink->result = result;
@@ -234,7 +236,7 @@ static bool without_fault(shrink_t *shrink, uint32_t n)
     return shrink->best->faults[n].kind != 0u && try_smaller(shrink, &smaller);
 }
 
-/* Once set, it remains. */
+/* The flag stays set for the rest of the run. */
 static bool for_good(shrink_t *shrink, uint32_t n)
 {
     campaign_case_t smaller = *shrink->best;
@@ -252,7 +254,7 @@ static bool without_event(shrink_t *shrink, uint32_t n)
     return try_smaller(shrink, &smaller);
 }
 
-/* All quantities of a group at once: CAMPAIGN_GROUPS: of all. */
+/* Returns all quantities of a group to their defaults; CAMPAIGN_GROUPS: those of all groups. */
 static bool without_group(shrink_t *shrink, campaign_group_t group)
 {
     campaign_case_t smaller = *shrink->best;

@@ -73,7 +73,7 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
         CAMPAIGN_BIT(PERSIST) | CAMPAIGN_BIT(NOTICE),                                                        \
         "a flipped bit may change a limit, a request or a state", CAMPAIGN_STAYS
 
-/* Every row of plant and rig that can break. */
+/* Every row of plant and rig that a fault can change. */
 const campaign_fault_t campaign_faults[] = {
     {"none", "", CAMPAIGN_EVEN, 0.0, 0.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
     {"open_phase_a", "open_phase_a", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
@@ -148,7 +148,7 @@ const campaign_fault_t campaign_faults[] = {
      LEG_LOSES},
     {"open_switch", "open_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH, 0u, "", CAMPAIGN_ALWAYS},
     {"shorted_switch", "shorted_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH,
-     CAMPAIGN_BIT(LEGS) | CAMPAIGN_BIT(CURRENT), "the switch conducts whatever the level of its gate",
+     CAMPAIGN_BIT(LEGS) | CAMPAIGN_BIT(CURRENT), "the switch conducts at any level of its gate",
      CAMPAIGN_ALWAYS},
     {"swap_phases", "swap_phases", CAMPAIGN_WHOLE, 1.0, 3.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
      TURNS_BACK},

@@ -153,7 +153,7 @@ static double initial_of(const table_row_t *row, const campaign_settings_t *sett
     return initial;
 }
 
-/* Value of the row that breaks, in its unit. */
+/* Value of the row that the fault changes, in its unit. */
 static double fault_value(const campaign_injected_t *injected, const campaign_motor_t *motor,
                           const campaign_settings_t *settings)
 {
@@ -223,7 +223,7 @@ static claim_t claim_of(const campaign_case_t *drawn, const campaign_result_t *r
     case CAMPAIGN_I_CHIP:
     case CAMPAIGN_I_REASON_TRUE:
         return (claim_t){"max", "at_most", 0.0};
-    case CAMPAIGN_I_STOP: /* the last of the states before it */
+    case CAMPAIGN_I_STOP: /* the last state before the violation */
         return (claim_t){"max", "at_most",
                          (double)table_choice(rig_row_by_name("state"), "operation_enabled")};
     case CAMPAIGN_I_PERSIST:
@@ -240,7 +240,7 @@ static claim_t claim_of(const campaign_case_t *drawn, const campaign_result_t *r
         return result->row == rig_row_by_name("true_u_dc")->id
                    ? (claim_t){"mean", "at_least", campaign_initial(drawn, "dc_undervoltage")}
                    : (claim_t){"max", "at_least", 1.0};
-    case CAMPAIGN_I_LEARN: /* it takes two runs */
+    case CAMPAIGN_I_LEARN: /* the violation appears only in the comparison of two runs */
     case CAMPAIGN_I_OFF:   /* gates are no signal */
     case CAMPAIGN_I_GATES:
     case CAMPAIGN_I_REASON:

@@ -8,7 +8,7 @@
 #include "host_sim/lab/commission_parts.h"
 #include "host_sim/lab/course.h"
 
-#define WAIT_READY     2.0    /* [s] until the drive is ready */
+#define WAIT_READY     2.0    /* [s] largest time until the drive is ready */
 #define LINK_ERROR     0.05   /* largest difference from the user's meter, relative */
 #define LINEAR         1e5    /* [A] least saturation current of a q axis without a saturation */
 #define LOOK           2.5e-3 /* [s] */
@@ -184,7 +184,7 @@ static bool is_one_of(const char *name, const char *const *list, size_t count)
     return found;
 }
 
-/* The estimate was lost, or too noisy: a faster hand-over may help. */
+/* True if the estimate was lost or too noisy, so that a hand-over at a higher speed may help. */
 static bool worth_another_try(const commission_work_t *work)
 {
     static const char *const lost[] = {"lock_lost",       "start_unlocked",  "start_stalled",
@@ -254,7 +254,7 @@ static const char *proof_of(commission_do_t step)
     return rows[step];
 }
 
-/* The drive has a result of this step from an earlier commissioning. */
+/* True if the drive has a result of this step from an earlier commissioning. */
 static bool is_known(commission_work_t *work, commission_do_t step)
 {
     const char *row = work->options->resume ? proof_of(step) : NULL;
@@ -348,7 +348,7 @@ static bool link_agrees(commission_work_t *work)
     return false;
 }
 
-/* The step is requested, or a later one needs it. */
+/* True if the step is requested, or if a later one needs it. */
 static bool is_needed(const commission_work_t *work, uint32_t step)
 {
     const commission_options_t *options = work->options;
@@ -395,7 +395,7 @@ static bool run_steps(commission_work_t *work)
     return good;
 }
 
-/* ---- the parameters before ---- */
+/* ---- the parameters at the begin ---- */
 
 /* Values of all parameters, in the order of the table. */
 static void keep(commission_work_t *work, double values[PARAMS_MOST])

@@ -1,6 +1,7 @@
 /* Commissioning of a drive, simulated or real: the steps of firmware/medium/commission in their order, each
- * with the parameters that follow from the steps before. The drive measures; here are the order of the steps,
- * the parameters between them and the result. Nothing of the plant is read.
+ * with the parameters that follow from the steps before. The drive does the measurements. This module
+ * determines the order of the steps, sets the parameters between them and collects the result. It reads no
+ * value of the plant.
  *
  *     board, wiring, resistance, angle, inductance, turn, swing   with limits from the plate
  *     current_loop                                         with the measured R and L
@@ -8,10 +9,10 @@
  * psi_f, J inertia                                              with psi_f least_speed with the parameters
  * that are the result
  *
- * The bridge is off between two steps. A step that fails ends the commissioning; what the earlier ones have
- * measured stays in the drive until its restart, and options.resume takes it from there. If all requested
- * steps have a result and psi_f is known, the parameters that follow from it are active at the end; else
- * those of the beginning. Nothing is saved. */
+ * The bridge is off between two steps. A step that fails ends the commissioning; the values that earlier
+ * steps have measured stay in the drive until its restart, and options.resume reads them from there. If all
+ * requested steps have a result and psi_f is known, the parameters that follow from it are active at the end;
+ * else those of the beginning. Nothing is saved. */
 #ifndef HOST_SIM_LAB_COMMISSION_H
 #define HOST_SIM_LAB_COMMISSION_H
 
@@ -47,7 +48,7 @@ typedef enum {
         COMMISSION_STEP_COUNT
 } commission_do_t;
 
-/* Q(name, text, accepted answers): what only the user can see. */
+/* Q(name, text, accepted answers): questions about what only the user can observe. */
 #define COMMISSION_QUESTIONS(Q)                                                                              \
     Q(direction, "In which direction did the shaft turn?", "as_said, reversed")                              \
     Q(turn, "How many turns did the mark on the shaft make?", "one, or a number such as 2 or 0.5")
@@ -59,7 +60,7 @@ typedef enum {
         COMMISSION_QUESTION_COUNT
 } commission_question_t;
 
-/* Of the motor's plate. */
+/* Data of the motor's plate. */
 typedef struct {
     double pole_pairs; /* [-] */
     double current;    /* continuous, peak value of a phase [A] */
@@ -102,17 +103,18 @@ typedef struct {
      * who answers, `angle` one who holds the shaft: it runs only if it is named. */
     bool skip[COMMISSION_STEP_COUNT];
     double link; /* of the DC link by the user's meter [V]; 0: not known */
-    bool resume; /* what the drive has measured since its start is not measured again */
-    bool chosen; /* the steps are named one by one: `turn` runs with the answers of a simulated motor, too */
-    bool plant_answers; /* where `ask` has no answer, the simulated motor gives it, if there is one */
-    /* Answer to a question: direction 1 or -1, turn the number of turns. false: none is given. NULL: nobody
-     * answers.
+    bool resume; /* values that the drive has measured since its start are not measured again */
+    bool chosen; /* the user has named the steps, so that `turn` also runs with the answers of a simulated
+                    motor */
+    bool plant_answers; /* if `ask` has no answer, the simulated motor answers, if there is one */
+    /* Answer to a question: direction 1 or -1, turn the number of turns. false: none is given. NULL: no
+     * answers are available.
      */
     bool (*ask)(void *context, commission_question_t question, double *answer);
-    /* before each try of a step, and once after it; NULL: nobody listens */
+    /* called before each try of a step, and once after it; may be NULL */
     void (*progress)(void *context, commission_do_t step, bool done, const commission_result_t *result);
-    /* about every 2.5 ms of a step; false opens the bridge and ends the commissioning with `stopped_by_user`;
-     * NULL: never */
+    /* called about every 2.5 ms of a step; if it returns false, the bridge opens and the commissioning ends
+     * with `stopped_by_user`; may be NULL */
     bool (*goes_on)(void *context, commission_do_t step);
     void *context;
 } commission_options_t;
@@ -124,13 +126,14 @@ const char *commission_question_name(commission_question_t question);
 const char *commission_question_text(commission_question_t question);
 const char *commission_question_accepts(commission_question_t question);
 
-/* The answer that a text gives. false: it is none of those that the question accepts. */
+/* The answer that a text gives. false: the question does not accept this text. */
 bool commission_answer_of(commission_question_t question, const char *text, double *answer);
 
-/* Steps by their names, separated by commas: all others are skipped. false: `why` says what is accepted. */
+/* Steps by their names, separated by commas: all others are skipped. false: `why` lists the accepted names.
+ * */
 bool commission_choose(commission_options_t *options, const char *text, char *why, size_t size);
 
-/* A rig as the scenario describes it at t = 0, with this seed. NULL: `error` says why. */
+/* A rig as the scenario describes it at t = 0, with this seed. NULL: `error` has the reason. */
 rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_error_t *error);
 
 /* The plate according to the active parameters of the drive: pole pairs, continuous current, and the speed
@@ -138,7 +141,7 @@ rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_err
 commission_plate_t commission_plate_of(rig_t *rig);
 commission_plate_t commission_plate_by(const commission_drive_t *drive);
 
-/* Runs the steps. false: the plate is not accepted by this board; `error` says why. */
+/* Runs the steps. false: this board does not accept the plate; `error` has the reason. */
 bool commission_drive(const commission_drive_t *drive, const commission_plate_t *plate,
                       const commission_options_t *options, commission_result_t *result,
                       scenario_error_t *error);

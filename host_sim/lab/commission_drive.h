@@ -28,7 +28,8 @@ typedef struct {
     void *context;
 } commission_drive_t;
 
-/* A rig as a drive. `room`: its largest currents; the rig's tap is in use until commission_rig_leave(). */
+/* A rig as a drive. `room`: memory for its largest currents; the rig's tap is in use until
+ * commission_rig_leave(). */
 typedef struct {
     rig_t *rig;
     double largest; /* [A] */

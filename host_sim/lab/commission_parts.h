@@ -4,7 +4,7 @@
 
 #include "host_sim/lab/commission.h"
 
-/* A commissioning under way. */
+/* A commissioning in progress. */
 typedef struct {
     const commission_drive_t *drive;
     const commission_plate_t *plate;
@@ -32,17 +32,17 @@ void commission_wait(commission_work_t *work, double seconds);
 /* Waits until a row has this value, at most this time [s]. */
 bool commission_wait_for(commission_work_t *work, const char *row, double value, double seconds);
 
-/* The step ends by this reason. */
+/* Ends the step with this reason. */
 void commission_end(commission_work_t *work, const char *name, const char *text, const char *remedy);
 void commission_end_with_fault(commission_work_t *work);
 
-/* true: the user has stopped the step; the bridge is open a period later. */
+/* True if the user has stopped the step; the bridge opens one period later. */
 bool commission_is_stopped(commission_work_t *work, commission_do_t step);
 
-/* One step from a bridge that is off to a bridge that is off. false: the result has the reason. */
+/* Runs one step; the bridge is off before and after it. false: the result has the reason. */
 bool commission_run_step(commission_work_t *work, commission_do_t step);
 
-/* The lowest speed without an encoder, from a bridge that is off to a bridge that is off. */
+/* Measures the lowest speed without an encoder; the bridge is off before and after it. */
 bool commission_least_speed(commission_work_t *work);
 
 /* The user's answer about the turn. false: the result has the reason. */

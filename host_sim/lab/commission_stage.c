@@ -1,4 +1,5 @@
-/* The parameters of a step: the rows of tune for what is measured so far, and guesses for the rest. */
+/* The parameters of a step: the rows of tune for the values that are measured so far, and estimates from the
+#plate for the others. */
 #include "host_sim/lab/commission_parts.h"
 
 #include <math.h>
@@ -21,7 +22,7 @@
 #define VOLTAGE       0.75 /* of the voltage */
 #define FLUX_OVER     1.8  /* flux test over the speed of the hand-over, at least ... */
 #define TORQUE_OVER   2.4  /* the same of the torque test, which coasts down to 1.3 ... */
-#define SPEED_MOST    0.85 /* ... and no more than this of the largest speed, and of the voltage */
+#define SPEED_MOST    0.85 /* ... but at most this share of the largest speed, and of the voltage */
 #define HANDOVER_MOST 0.49 /* of overspeed_trip: the drive accepts half of it */
 
 double commission_choice(const char *row, const char *choice)
@@ -202,7 +203,7 @@ bool commission_stage(commission_work_t *work)
 
 bool commission_stage_result(commission_work_t *work)
 {
-    /* the rules do not set these; the steps have changed them */
+    /* the rules do not set these rows, which the steps have changed */
     static const char *const own[] = {"start_current", "handover_speed", "fallback_speed",
                                       "inductance_adaptation", "dead_time_adaptation"};
     tune_t *tune = malloc(sizeof *tune);

@@ -70,9 +70,9 @@ void commission_end(commission_work_t *work, const char *name, const char *text,
     snprintf(work->result->what, sizeof work->result->what, "%s; %s", text, remedy);
 }
 
-/* The drive has latched a fault: its reason, under the name that it has in this step. A quiet sensor that
- * sees no motor does not change, as if it were stuck: the motor is missing if the others have no current,
- * either. */
+/* Translates the reason of a latched fault to the reason of this step. Without a motor a sensor without noise
+ * shows a constant value, like a stuck sensor: if the other sensors have no current either, the motor is
+ * missing. */
 void commission_end_with_fault(commission_work_t *work)
 {
     const reason_row_t *row = reason_by_number((int32_t)commission_value(work, "fault_reason"));

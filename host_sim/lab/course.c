@@ -97,7 +97,7 @@ static bool begin_event(course_t *course, const scenario_event_t *event, uint32_
     return true;
 }
 
-/* A ramp that is refused ends there. */
+/* A refused ramp ends at its present value. */
 static bool move_ramps(course_t *course, uint32_t period, scenario_error_t *error)
 {
     const scenario_event_t *event = NULL; /* that parameters changed for */
@@ -140,7 +140,7 @@ bool course_change(course_t *course, uint32_t period, scenario_error_t *error)
 
 /* ---- its state ---- */
 
-/* A ramp by its place in the scenario. */
+/* A ramp in the saved state, by its position in the scenario. */
 typedef struct {
     double start;
     uint32_t event, setting;

@@ -80,7 +80,7 @@ static double number_of(value_t *value, const claim_t *claim)
     return tally_value(&run->tallies[claim->measure], claim->of);
 }
 
-/* The point at which the number is largest, and whether a run among them is lost. */
+/* Finds the point with the largest number, and whether one of the runs is lost. */
 static void find_worst(const experiment_t *experiment, const claim_t *claim, uint32_t each,
                        uint32_t point[SWEEPS_MAX], experiment_row_t *row)
 {

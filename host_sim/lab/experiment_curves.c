@@ -23,7 +23,7 @@ static void write_switching(FILE *file)
     for (int n = -INPUTS; n <= INPUTS; n++) {
         const double x = input(n);
         fprintf(file, "%.2f,%d,%.6g,", x, (n > 0) - (n < 0), paper_sigmoid(x));
-        if (n != 0) { /* where that of the sign has no value */
+        if (n != 0) { /* the gain of the sign function has no value at zero */
             fprintf(file, "%.6g", paper_sign_gain(x));
         }
         fprintf(file, ",%.6g\n", paper_sigmoid_gain(x));

@@ -14,7 +14,7 @@ typedef struct {
     value_t *value;
     const char *at;
     unsigned depth;
-    unsigned ranging; /* number of `for` around it */
+    unsigned ranging; /* number of enclosing `for` */
 } parser_t;
 
 static double __attribute__((format(printf, 2, 3))) wrong(parser_t *parser, const char *format, ...)
@@ -85,7 +85,7 @@ static uint32_t sweep_of(const experiment_t *experiment, const char *name, size_
     return s;
 }
 
-/* The sweeps behind `for`, a bit each; 0: wrong. */
+/* The sweeps named after `for`, one bit each; 0: the text is wrong. */
 static uint32_t ranges(parser_t *parser)
 {
     const experiment_t *experiment = parser->value->experiment;
@@ -109,10 +109,11 @@ static uint32_t ranges(parser_t *parser)
 
 typedef struct {
     const experiment_function_t *function;
-    const char *numbers, *condition, *end; /* after the (, after the `if` or NULL, and the ) */
+    const char *numbers, *condition,
+        *end; /* begin of the numbers, of the condition (NULL: none), and the closing parenthesis */
     double *arguments;
     uint32_t count, most;
-    bool empty; /* nothing runs at any of its points */
+    bool empty; /* no run exists at any of its points */
 } range_t;
 
 /* The numbers of one point, if its condition holds. */
@@ -185,7 +186,7 @@ static double call_for(parser_t *parser, const experiment_function_t *function, 
     }
     add_points(parser, &range, sweeps);
     if (range.empty) {
-        (void)wrong(parser, "nothing runs at the points of \"%.40s\"", behind);
+        (void)wrong(parser, "there is no run at the points of \"%.40s\"", behind);
     }
     const double result = range.count > 0u ? function->of(range.arguments, range.count) : function->none;
     free(range.arguments);
@@ -285,7 +286,7 @@ static const experiment_run_t *run_of(parser_t *parser)
     }
     const experiment_run_t *run = found == POINT_THERE ? experiment_run_at(experiment, point) : NULL;
     if (run == NULL && found == POINT_THERE && parser->ranging == 0u) {
-        wrong(parser, "nothing runs at these points: one of them can only be combined with other points");
+        wrong(parser, "there is no run at these points: one of them can only be combined with other points");
     }
     return run;
 }
@@ -342,7 +343,7 @@ static const named_t *let_of(const experiment_t *experiment, const char *name, s
     return NULL;
 }
 
-/* Its expression in the place of its name, at the points of @. */
+/* Evaluates the expression of a [let] name at the points of @. */
 static double number_of_let(parser_t *parser, const named_t *let)
 {
     const uint32_t *outer = parser->value->point;

@@ -167,7 +167,7 @@ static double f_min(const double *x, uint32_t count)
     return least;
 }
 
-/* The one of the largest magnitude, with its sign. */
+/* The number with the largest magnitude, with its sign. */
 static double f_worst(const double *x, uint32_t count)
 {
     double worst = x[0];

@@ -19,7 +19,7 @@ static void name_run(const experiment_t *experiment, experiment_run_t *run)
     }
 }
 
-/* The uses of a point and its own rows. */
+/* Adds the named sets and the rows of a point. */
 static void add_layers(const point_t *point, bool under, scenario_layer_t *layers, uint32_t *count)
 {
     for (uint32_t n = 0; n < point->use_count; n++) {
@@ -51,7 +51,7 @@ static bool add_ready(const file_t *file, experiment_run_t *run)
     return run->ready.settings != NULL;
 }
 
-/* The duration of whole electrical turns at the speed of t = 0, then of whole periods. */
+/* Rounds the duration up to whole electrical turns at the speed of t = 0, then to whole periods. */
 static bool round_up(const file_t *file, const experiment_run_t *run)
 {
     const double speed = experiment_initial(run, rig_row_by_name("plant.pole_pairs")) *
@@ -161,5 +161,6 @@ bool file_read_runs(const file_t *file)
     }
     return experiment->run_count > 0u ||
            file_fail(file, reading_find(&file->reading, file_top(file), "sweep"),
-                     "nothing runs: no points can be combined; accepted: at least one point of each sweep");
+                     "the experiment has no run, because no points can be combined; accepted: at least one "
+                     "point of each sweep");
 }

@@ -123,7 +123,8 @@ static bool read_at(const file_t *file, const toml_entry_t *table, uint32_t s, c
         return entry == NULL ||
                file_fail(file, entry, "this sweep is that of `each`; accepted: the other sweeps");
     }
-    if (entry == NULL) { /* its first one, if `value` combines the others: file_check_claims */
+    if (entry == NULL) { /* the first point of the sweep, if `value` combines the points; file_check_claims
+                            tests this */
         claim->unsaid |= sweep->count > 1u ? UINT32_C(1) << s : 0u;
         return true;
     }
@@ -137,7 +138,7 @@ static bool read_at(const file_t *file, const toml_entry_t *table, uint32_t s, c
     return claim->at_count[s] > 0u;
 }
 
-/* All sweeps, and nothing else. */
+/* Checks that `at` contains only sweeps, and each sweep that needs a point. */
 static bool read_points(const file_t *file, const toml_entry_t *table, claim_t *claim)
 {
     const experiment_t *experiment = file->experiment;
@@ -191,7 +192,7 @@ static bool read_value(const file_t *file, const toml_entry_t *table, claim_t *c
     return true;
 }
 
-/* The claim's own `each`: some of the experiment's. */
+/* Reads the `each` of the claim: a subset of that of the experiment. */
 static bool read_judged(const file_t *file, const toml_entry_t *table, claim_t *claim)
 {
     const experiment_t *experiment = file->experiment;
@@ -236,7 +237,7 @@ static bool read_claim(const file_t *file, const toml_entry_t *entry, claim_t *c
     }
     const toml_entry_t *printed = reading_find(reading, entry, "printed");
     const toml_entry_t *theory = reading_find(reading, entry, "theory");
-    claim->why_not = printed != NULL ? "the number is another" : "the source has no number";
+    claim->why_not = printed != NULL ? "the number is different" : "the source has no number";
     claim->where = "";
     claim->printed = (double)NAN;
     claim->theory_number = (double)INFINITY;
@@ -308,10 +309,11 @@ static bool check_points(const file_t *file, const claim_t *claim, const toml_en
                     snprintf(names + used, sizeof names - used, "%s%s", s > 0u ? ", " : "",
                              experiment->sweeps[s].points[point[s]].name);
                 }
-                return scenario_fail(file->reading.error, reading_place(entry), "at",
-                                     "of claim %s: nothing runs at %s; accepted: points that go together, "
-                                     "and of `each` those that go with them: each = [...]",
-                                     claim->id, names);
+                return scenario_fail(
+                    file->reading.error, reading_place(entry), "at",
+                    "of claim %s: there is no run at %s; accepted: points that can be combined, "
+                    "and entries of `each` that can be combined with them: each = [...]",
+                    claim->id, names);
             }
         }
     }

@@ -222,7 +222,7 @@ static bool read_only(const file_t *file, const toml_entry_t *only, const sweep_
     return true;
 }
 
-/* When all sweeps are known. */
+/* Called when all sweeps are known. */
 static bool read_onlies(const file_t *file)
 {
     const experiment_t *experiment = file->experiment;

@@ -18,7 +18,7 @@ static double initial(const experiment_run_t *run, const char *row)
 
 /* ---- CSV ---- */
 
-/* A number that a lost run may not have is left out. */
+/* Writes a number; the cell stays empty if a lost run has no such number. */
 static void write_number(FILE *file, double number)
 {
     fputc(',', file);
@@ -233,7 +233,7 @@ void experiment_write_events(const experiment_t *experiment, FILE *file)
     fputc(']', file);
 }
 
-/* Later events count, too, for example compensation that is switched on. */
+/* Events are included as well, for example a compensation that is switched on. */
 static double chosen(const experiment_run_t *run, const table_row_t *row)
 {
     double value = scenario_initial(run->scenario, row);

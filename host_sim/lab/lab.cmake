@@ -1,5 +1,5 @@
-# The lab: scenarios, their runner, recordings. toml++ is used as headers alone, so that its package may come with or without
-# a library.
+# The library lab: scenarios, their runner, recordings. Only the headers of toml++ are used, so that a package without its library is
+# sufficient.
 find_path(TOMLPLUSPLUS_INCLUDE_DIR toml++/toml.h)
 if(NOT TOMLPLUSPLUS_INCLUDE_DIR)
     message(FATAL_ERROR "toml++ 3 is missing: install libtomlplusplus-dev (Debian, Ubuntu), tomlplusplus-devel (Fedora) or "
@@ -17,7 +17,7 @@ endif()
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 
-# What each board sees and stands (board_facts.h): a source per board file, made here, and the list of them, that of the build first.
+# Makes a source with the ranges and limits of each board file (board_facts.h), and the list of these, that of the build first.
 set(board_sources "")
 set(board_pointers "")
 set(board_externs "")
@@ -42,17 +42,18 @@ add_library(lagless_board_facts OBJECT ${board_sources})
 desk_room(lagless_board_facts)
 target_link_libraries(lagless_board_facts PUBLIC lagless_rig)
 
-# Files of keys and values. It knows no board, and nothing waits for its speed.
+# Reads files of keys and values. It does not depend on the board, and its speed is not important.
 add_library(lagless_toml STATIC lab/inputs.c lab/toml_reader.cpp)
 set_target_properties(lagless_toml PROPERTIES C_STANDARD 11 C_STANDARD_REQUIRED ON CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON)
 target_compile_definitions(lagless_toml PRIVATE _GNU_SOURCE)
 target_include_directories(lagless_toml PUBLIC ${CMAKE_SOURCE_DIR})
 target_include_directories(lagless_toml SYSTEM PRIVATE ${TOMLPLUSPLUS_INCLUDE_DIR})
 target_link_libraries(lagless_toml PRIVATE lagless_flags)
-# Compiles in two thirds of the time so; unoptimised it would take three times as long under the sanitizers.
+# This level of optimisation compiles in two thirds of the time. Without optimisation the code would be three times slower with the
+# sanitizers.
 set_source_files_properties(lab/toml_reader.cpp PROPERTIES COMPILE_OPTIONS "$<$<CONFIG:RelWithDebInfo,Release>:-O1;-g1>")
 
-# Compiled once, for all boards: LAGLESS_ANY_BOARD (hal/board.h) refuses a number of a board in them.
+# These sources are compiled once, for all boards: with LAGLESS_ANY_BOARD (hal/board.h) they cannot use a number of a board.
 add_library(lagless_lab_shared OBJECT
     ${CMAKE_CURRENT_BINARY_DIR}/lab/board_list.c
     lab/boards.c
@@ -149,8 +150,8 @@ function(lagless_add_lab name rig)
     target_link_libraries(${name} PUBLIC ${rig} lagless_toml PRIVATE ${LAGLESS_LAB_LIBRARIES})
 endfunction()
 lagless_add_lab(lagless_lab lagless_rig)
-set(LAGLESS_LAB_LIBRARIES "${LAGLESS_LAB_LIBRARIES}" CACHE INTERNAL "What the lab links, for tests on boards of their own")
-if(LAGLESS_SANITIZE) # whose counters of executed lines are for one thread
+set(LAGLESS_LAB_LIBRARIES "${LAGLESS_LAB_LIBRARIES}" CACHE INTERNAL "Libraries that the lab links to, for tests with other boards")
+if(LAGLESS_SANITIZE) # the counters of executed lines allow only one thread
     set_source_files_properties(lab/pool.c PROPERTIES COMPILE_DEFINITIONS POOL_THREADS_MAX=1u)
 endif()
 # Motors known by name.

@@ -81,7 +81,7 @@ static const change_t ideal_changes[CHANGES_MAX] = {
     {"params.device_drop", 0.0, 0.0},   {"rig.sensors", 0.0, 1.0},
 };
 static const change_t real_changes[CHANGES_MAX] = {
-    {"plant.current_offset_a", 0.0, 0.03}, /* after the calibration */
+    {"plant.current_offset_a", 0.0, 0.03}, /* rows that change after the calibration */
     {"plant.current_gain_error_a", 0.0, 0.002},
 };
 
@@ -158,7 +158,8 @@ static bool adapt(rig_t *rig, map_adaptation_t adaptation)
     return true;
 }
 
-/* Applied before the drive measures its offsets, because those of a scenario are present from the beginning.
+/* Changes that are applied before the drive measures its offsets, because those of a scenario are present
+ * from the beginning.
  */
 static bool stand_on(rig_t *rig, const scenario_t *scenario)
 {
@@ -233,7 +234,7 @@ static void take(void *context, uint32_t period, const uint32_t *slots, uint32_t
     }
 }
 
-/* The head of map.h. */
+/* The theoretical mean error; the comment at the head of map.h has the formula. */
 static double theory_mrad(rig_t *rig, const map_point_t *point)
 {
     if (!point->locked || point->deviation >= MAP_DEAD_TIME_LOW) {

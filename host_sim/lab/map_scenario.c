@@ -8,7 +8,7 @@
 
 #define RPM  (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
 #define SAME 1e-6                                  /* [-] of a value */
-#define FINE 1e6                                   /* [-] places that a value in another unit keeps */
+#define FINE 1e6                                   /* [-] decimals that are kept of a value in another unit */
 
 /* Magnitudes, each once. */
 typedef struct {
@@ -46,7 +46,8 @@ static bool fail(const scenario_t *scenario, scenario_error_t *error, scenario_p
     return false;
 }
 
-/* All values of a row, over `unit`. In a list with a least value 0 is left out. */
+/* Collects all values of a row, divided by `unit`. A list with a smallest accepted value does not include 0.
+ * */
 static bool gather(const scenario_t *scenario, const table_row_t *row, double unit, double least, list_t *to,
                    scenario_error_t *error)
 {

@@ -131,7 +131,7 @@ bool matrix_surprises(const matrix_cell_t *cell)
     return cell->occurs && (cell->red != 0u) != (cell->not_yet != NULL);
 }
 
-/* splitmix64: a number of 0 to 1 that is the seed's and the cell's. */
+/* A number from 0 to 1 that depends only on the seed and the cell (splitmix64). */
 static double draw(uint64_t seed, uint64_t cell)
 {
     uint64_t z = (seed * UINT64_C(0x9E3779B97F4A7C15)) ^ (cell + 1u) * UINT64_C(0xD1B54A32D192ED03);

@@ -132,7 +132,7 @@ static bool put_load_on(rig_t *rig, double load)
     return true;
 }
 
-/* Running at the reference, loaded. */
+/* Runs until the rotor is at the reference with its load. */
 static bool settle(rig_t *rig, const matrix_manoeuvre_t *m)
 {
     if (m->settle == 0.0) {
@@ -377,7 +377,7 @@ static void watch_out(turner_t *turner, watch_t *watch, double seconds)
     turn(turner, rig_periods(end_of(rig, watch)));
 }
 
-/* The rig with a request to run, whose rotor is at standstill or turns as the manoeuvre requires. */
+/* Makes a rig with a request to run; its rotor is at standstill or turns as the manoeuvre requires. */
 static bool come_on(rig_t *rig, const matrix_manoeuvre_t *m)
 {
     pass(rig, TO_ENABLE - FOLLOW);
@@ -421,12 +421,12 @@ static bool run_on(turner_t *turner, matrix_cell_t *cell)
  * LATER starts. */
 typedef struct {
     bool wanted;
-    void *state; /* octets of rig_save; NULL: not come to */
+    void *state; /* octets of rig_save; NULL: the manoeuvre was not reached */
 } begin_t;
 
 typedef struct {
     begin_t begins[MATRIX_MANOEUVRE_COUNT * MATRIX_PLACES];
-    uint32_t wanted[MATRIX_MANOEUVRE_COUNT * MATRIX_PLACES]; /* [-] indices of those that are */
+    uint32_t wanted[MATRIX_MANOEUVRE_COUNT * MATRIX_PLACES]; /* [-] indices of the cells that run */
     matrix_cell_t *cells;
     size_t done, pieces;
     void (*progress)(void *context, double fraction);

@@ -134,7 +134,8 @@ double matrix_scaled(rig_t *rig, const char *row, double value)
     if (strcmp(row, "plant.motor_temperature") == 0) {
         return value - matrix_standard("motor_temperature_max") + rig_value(rig, "motor_temperature_max");
     }
-    if (strncmp(row, "rig.stuck_current_", 18) == 0 && value > 0.0 && value < 4095.0) { /* not at a rail */
+    if (strncmp(row, "rig.stuck_current_", 18) == 0 && value > 0.0 &&
+        value < 4095.0) { /* a value that is not at an end of the range of the sensor */
         const double per_code = (double)BOARD_CURRENT_PER_CODE;
         const double shown = value * PAPER_PER_CODE + PAPER_AT_0V;
         const double current = shown + floor(shown + 0.5) * (amperes - 1.0);

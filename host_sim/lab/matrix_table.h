@@ -403,7 +403,7 @@
 #define MATRIX_NOT_YET(N)
 /* clang-format on */
 
-/* Index of each. */
+/* Index of each fault and manoeuvre. */
 #define MATRIX_FAULT_INDEX(NAME, name, when, watch, lasts, what, text) MATRIX_FAULT_##NAME,
 #define MATRIX_AT_INDEX(NAME, name, missing, enabled, turning, reference, load, settle, then, row, choice,   \
                         below, delay, text)                                                                  \

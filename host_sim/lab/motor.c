@@ -26,7 +26,7 @@
 #define SPEED_UP_TIME  0.2  /* [s] to the top speed at rated torque, where no inertia is given */
 #define LINK_SHARE     0.5  /* [-] of the link that a phase gets at the top speed */
 #define SPEED_REACHED  0.9  /* [-] of the speed at which the rated current needs that voltage */
-#define SPEED_USUAL    3000.0 /* [r/min] without rated speed and link */
+#define SPEED_USUAL    3000.0 /* [r/min] assumed rated speed if neither rated speed nor link is given */
 
 static const scenario_place_t nowhere = {0u, 0u};
 
@@ -64,7 +64,7 @@ const char *motor_key_text(motor_key_t key)
     return keys[key].text;
 }
 
-/* ---- what is written ---- */
+/* ---- the keys as they are written ---- */
 
 static bool find_key(const char *name, motor_key_t *key)
 {
@@ -281,7 +281,7 @@ bool motor_read_library(const char *name, motor_sheet_t *sheet, scenario_error_t
         return motor_read_file(path, sheet, error);
     }
     names_search_t search = names_search(name);
-    char part[256] = ""; /* motors that have the given name as a part */
+    char part[256] = ""; /* motors whose names contain the given name */
     char **names;
     const int count = motor_library(&names);
     for (int n = 0; n < count; n++) {
@@ -440,7 +440,7 @@ static bool all_known(const motor_t *motor, const motor_sheet_t *sheet, scenario
     return missing[0] == '\0' || scenario_fail(error, sheet->whole, "motor", "missing: %s", missing);
 }
 
-/* The first that is given counts; the others are compared. */
+/* The first given key is used; the others are compared with it. */
 static void make_flux(const motor_sheet_t *sheet, motor_t *motor)
 {
     const double p = motor->value[MOTOR_POLE_PAIRS];
@@ -483,8 +483,10 @@ static void make_torque(motor_t *motor)
         note(motor, "rated_torque = %s, but the rated current, %.4g A peak, makes 1.5 p psi_f I = %s: %s",
              units_text(given, motor->value[MOTOR_TORQUE], "N m"), motor->value[MOTOR_CURRENT],
              units_text(made, able, "N m"),
-             share > 1.0 ? "peak and rms mixed up, or reluctance torque, which is not used"
-                         : "peak and rms mixed up, or a rating far from standstill");
+             share > 1.0
+                 ? "peak and rms values may be confused, or the rating includes reluctance torque, which the "
+                   "drive does not use"
+                 : "peak and rms values may be confused, or the rating is for a high speed with iron losses");
     }
 }
 

@@ -66,12 +66,13 @@ typedef struct {
     const char *flavour; /* "ideal", "real", "formula" */
     char claim[200];     /* one line */
     double paper;        /* [unit] number of the paper; NAN: none */
-    double expected;  /* [unit] number with which ours is compared: that of the paper, else that of theory */
-    double ours;      /* [unit] measured number; NAN: nothing could be measured */
-    const char *unit; /* "mrad" */
-    double tolerance; /* [unit] accepted difference from `expected` */
-    bool kind;        /* [-] the statement of the claim holds for our number */
-    bool stopped;     /* [-] the drive stopped with a fault in a run of this row */
+    double expected; /* [unit] number with which the measured one is compared: that of the paper, or else that
+                        of theory */
+    double ours;     /* [unit] measured number; NAN: nothing could be measured */
+    const char *unit;        /* "mrad" */
+    double tolerance;        /* [unit] accepted difference from `expected` */
+    bool kind;               /* [-] the statement of the claim holds for our number */
+    bool stopped;            /* [-] the drive stopped with a fault in a run of this row */
     paper_verdict_t verdict; /* [-] result of paper_judge */
     char because[200];       /* reason if the verdict is not "reproduced" or "holds"; else "" */
     char condition[640];     /* one line */

@@ -15,7 +15,8 @@ const setting_t paper_drive[] = {
 };
 const size_t paper_drive_count = sizeof paper_drive / sizeof paper_drive[0];
 
-/* Inverter and sensors without error: what the dead band delays one edge by, the turn-off delays the other.
+/* Inverter and sensors without error: the turn-off delay is equal to the delay of the other edge by the dead
+ * band.
  */
 const setting_t paper_ideal[] = {
     {"plant.turn_on_delay", 0.0},  {"plant.turn_off_delay", 2.5e-6},

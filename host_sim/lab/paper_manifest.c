@@ -30,7 +30,7 @@ static void flag_of(FILE *file, const char *name, bool flag)
     fputs(flag ? "true" : "false", file);
 }
 
-/* ---- what all runs share ---- */
+/* ---- the settings that all runs have in common ---- */
 
 static void write_condition(FILE *file, const char *before, const char *name, double value)
 {

@@ -47,7 +47,7 @@ void paper_map_judge(paper_t *paper)
             .tolerance = verdict.limit_mrad,
             .ours = verdict.judged > 0u ? verdict.worst_mrad : (double)NAN,
             .stopped = verdict.lost > 0u,
-            .why_not = "the distance is larger",
+            .why_not = "the difference is larger",
         };
         snprintf(
             row.condition, sizeof row.condition,
@@ -58,7 +58,7 @@ void paper_map_judge(paper_t *paper)
     }
 }
 
-/* A number that a lost run may not have is left out. */
+/* Writes a number; the cell stays empty if a lost run has no such number. */
 static void write_number(FILE *file, double number)
 {
     fputc(',', file);

@@ -4,19 +4,19 @@
 #include <stdatomic.h>
 #include <string.h>
 
-/* The caller's among them. More than the number of cores of any machine in use; one in a build that counts
- * executed lines. */
+/* Largest number of threads, including the caller's: more than the cores of any usual machine; 1 in a build
+#that counts executed lines. */
 #ifndef POOL_THREADS_MAX
 #define POOL_THREADS_MAX 256u
 #endif
 
 typedef struct {
     const pool_t *pool;
-    atomic_size_t next; /* next piece that no thread has taken */
+    atomic_size_t next; /* next piece that no thread has begun */
     pthread_mutex_t lock;
-    size_t done; /* behind the lock */
+    size_t done; /* the following fields are protected by the lock */
     bool failed; /* the same */
-    char *why;   /* the same of the first failure */
+    char *why;   /* number of the first failed piece */
 } queue_t;
 
 static void *work_off(void *argument)

@@ -14,7 +14,7 @@ typedef struct {
     bool (*piece)(void *work, size_t n, char why[POOL_WHY]);
     /* Called after each piece, by one thread at a time; may be NULL. */
     void (*progress)(void *work, size_t done);
-    void *work; /* what both get */
+    void *work; /* context of both functions */
 } pool_t;
 
 /* Does all pieces in ascending order, on the calling thread and on up to threads - 1 more, or fewer if the

@@ -13,7 +13,7 @@
 #include "host_sim/lab/times.h"
 
 #define CHUNK_OCTETS  (UINT32_C(1) << 20)
-#define EDGES_PLANNED UINT64_C(16) /* a period: twelve gates, ADC, interrupt, and one to spare */
+#define EDGES_PLANNED UINT64_C(16) /* edges in a period: twelve gates, ADC, interrupt, and one in reserve */
 
 static const struct {
     uint32_t format;
@@ -117,7 +117,7 @@ static void store_cut(recorder_store_t *store, uint64_t count, uint32_t *memory_
 
 /* ---- sinks ---- */
 
-/* Samples of this period and later ones are taken back. */
+/* Removes the samples of this period and later ones. */
 static void rewind_rows(recorder_t *recorder, uint32_t period)
 {
     uint64_t low = 0;
@@ -527,7 +527,8 @@ static bool write_file(const recorder_t *recorder, uint32_t n, recorder_file_t *
     return recorder_mat_write(recorder, file->partial_path, why);
 }
 
-/* On the disk before it gets its name: after a loss of power no whole name has an empty file. */
+/* The file is written to the disk before it is renamed, so that after a loss of power no file with the final
+ * name is empty. */
 static bool synced(const char *path)
 {
     const int descriptor = open(path, O_RDONLY | O_CLOEXEC);

@@ -1,4 +1,5 @@
-/* Samples as MAT v5, by matio. Uncompressed: what zlib makes of it differs between its versions.
+/* Samples as MAT v5, by matio. The file is uncompressed, because different versions of zlib compress the same
+ *data to different octets.
  *
  * matio does not check its writes. Therefore the file is read back and compared bit for bit. */
 #include "host_sim/lab/recorder_parts.h"

@@ -41,10 +41,10 @@ enum { VALUE_TO_TEXT = 7 };                              /* type of a conversion
 typedef struct {
     unsigned char *octets;
     size_t used, room; /* [octets] */
-    bool failed;       /* no memory: the octets are not to be used */
+    bool failed;       /* true: there was no memory, and the octets are incomplete */
 } image_t;
 
-/* Zeros at the end; their place. */
+/* Appends zeros and returns their position. */
 static size_t grow(image_t *image, size_t octets)
 {
     const size_t at = image->used;
@@ -328,7 +328,8 @@ static void build(image_t *image, const recorder_t *recorder)
         put(image, start + n, (unsigned char)identification[n], 1);
     }
     put(image, start + 28u, VERSION, 2);
-    const size_t head = block(image, "HD", HD_LINKS, HD_DATA); /* which the format expects here */
+    const size_t head =
+        block(image, "HD", HD_LINKS, HD_DATA); /* the format requires this block before the samples */
     link_to(image, head, HD_COMMENT, head_comment(image, recorder));
     link_to(image, head, HD_HISTORY, history(image, recorder));
     const size_t data_group = group(image, recorder);

@@ -24,7 +24,7 @@ typedef struct {
     uint32_t isr_depth;      /* [-] interrupt functions that have not returned */
     uint64_t isr_until;      /* [1/150 MHz] the shown interrupt lasts at least to here */
     uint64_t adc_until;      /* [1/150 MHz] end of the mark of the last start */
-    bool isr_ends, adc_ends; /* those ends are in the future */
+    bool isr_ends, adc_ends; /* these ends are not written yet */
 } dump_t;
 
 static uint64_t later(uint64_t a, uint64_t b)
@@ -50,7 +50,7 @@ static void put_level(recorder_out_t *out, uint32_t wire, char level)
     out->used += 3u;
 }
 
-/* Writes what differs at the present tick. */
+/* Writes the values that have changed at the present tick. */
 static void show(dump_t *dump)
 {
     if (memcmp(dump->level, dump->shown, sizeof dump->level) == 0) {
@@ -74,7 +74,7 @@ static void step_to(dump_t *dump, uint64_t tick)
     }
 }
 
-/* Lets the ends up to this tick happen, in order of time. */
+/* Writes the ends of pulses up to this tick, in the order of time. */
 static void advance(dump_t *dump, uint64_t tick)
 {
     for (;;) {

@@ -36,7 +36,7 @@ typedef struct {
     bool was_on, was_asked;
     uint32_t state, enable; /* [-] ids */
     double on_state, on_request;
-    int32_t why_not; /* [-] reason, of the last period that it was to be on in */
+    int32_t why_not; /* [-] reason in the last period in which the drive was commanded on */
     uint32_t obeyed; /* [periods] since then the bridge is off although `enable` is on; judged every
                         OBEYED_EVERY */
 } run_t;
@@ -190,7 +190,7 @@ static void look_for_fault(run_t *run)
 
 /* ---- whether the drive was ever on ---- */
 
-/* The fault that stopped it, else what refuses it now. */
+/* The fault that stopped the drive, or else the reason of the present refusal. */
 static int32_t why_off(rig_t *rig)
 {
     const int32_t fault = (int32_t)rig_value(rig, "fault_reason");
@@ -208,7 +208,7 @@ static void look_whether_on(run_t *run)
     }
 }
 
-/* ---- does it obey? ---- */
+/* ---- whether the drive follows `enable` ---- */
 
 /* The bridge is off although `enable` is on. */
 static bool disobeys(const run_t *run)
@@ -314,7 +314,7 @@ static bool names_end(const run_t *run, const scenario_expect_t *expect)
            names(expect, fault ? result->fault_reason : result->refusal, 0.0);
 }
 
-/* The rule of runner.h. */
+/* The rule for an unexpected end, as described in runner.h. */
 static bool ends_unexpectedly(const run_t *run)
 {
     const runner_result_t *result = run->result;
@@ -337,7 +337,7 @@ static double wall_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* At the end, or at any time. */
+/* True if an expectation names this end, or a fault at any time. */
 static int32_t why_not_on(const run_t *run)
 {
     const bool now =

@@ -40,7 +40,7 @@ typedef struct {
     uint32_t record[CAPTURE_SLOTS + RIG_RECORD_HEAD]; /* of rig_record */
 } runner_history_t;
 
-/* All zero: the unchanged scenario, without recording and call-backs. */
+/* If all fields are zero, the scenario runs unchanged, without recording and call-backs. */
 typedef struct {
     bool has_seed; /* `seed` replaces that of the scenario */
     uint64_t seed;
@@ -112,7 +112,7 @@ bool runner_run(scenario_t *scenario, const runner_options_t *options, runner_re
 
 void runner_result_free(runner_result_t *result);
 
-/* A complete run fails, whatever its limits are, if at its end
+/* A complete run fails, independent of its limits, if at its end
  *   - a fault is latched, or
  *   - the bridge is commanded on and has been off for RUNNER_LASTING,
  * unless an expectation names that end:

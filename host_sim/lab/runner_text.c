@@ -66,7 +66,7 @@ static bool is_reason(const table_row_t *row)
     return strcmp(row->name, "fault_reason") == 0 || strcmp(row->name, "refusal") == 0;
 }
 
-/* A choice or a reason by its name where the statistic picks one of the samples. */
+/* Writes a choice or a reason by its name, if the value of the statistic is one of the samples. */
 static const char *value_text(char to[UNITS_TEXT_SIZE], double value, const runner_verdict_t *verdict)
 {
     const scenario_expect_t *expect = verdict->expect;

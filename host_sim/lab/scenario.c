@@ -495,7 +495,8 @@ static bool settle(const scenario_t *scenario, rig_t *rig, scenario_setting_t *s
         stuck = !units[n].done && (stuck == NULL || params) ? &units[n] : stuck;
     }
     if (stuck != NULL) {
-        good = scenario_set(rig, &sorted[stuck->first], stuck->count); /* once more, for its words */
+        good = scenario_set(rig, &sorted[stuck->first],
+                            stuck->count); /* tried once more to get the message of the refusal */
         scenario_refused(scenario, rig, &sorted[stuck->first], stuck->count, error);
     }
     free(sorted);
@@ -504,7 +505,8 @@ static bool settle(const scenario_t *scenario, rig_t *rig, scenario_setting_t *s
 }
 
 /* With a ramp each float row has values between the end points. One such value, which is no round number, is
- * tried on a rig with the final values. Whole numbers in float rows fail here. Nothing of it stays. */
+ * tried on a rig with the final values. Whole numbers in float rows fail here. The rig is unchanged
+ * afterwards. */
 static bool check_ramp(const scenario_t *scenario, rig_t *rig, const scenario_setting_t *before,
                        const scenario_event_t *event, scenario_error_t *error)
 {
@@ -568,9 +570,10 @@ static bool check_times(scenario_t *scenario, scenario_error_t *error)
         event->period = rig_periods(event->time);
         if (event->period >= scenario->periods) {
             char text[UNITS_TEXT_SIZE];
-            return scenario_fail(error, event->time_place, "time",
-                                 "the run ends before it acts; accepted: 0 s to less than the duration, %s",
-                                 units_text(text, duration, "s"));
+            return scenario_fail(
+                error, event->time_place, "time",
+                "the run ends before this event; accepted: 0 s to less than the duration, %s",
+                units_text(text, duration, "s"));
         }
         /* After rounding the run may be shorter than its times: a ramp up to the end has the periods that
          * remain. */

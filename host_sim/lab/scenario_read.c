@@ -188,7 +188,8 @@ static bool is_one_of(const toml_entry_t *entry, const char *keys)
     return false;
 }
 
-/* Refuses an entry that is none of the keys. If it is the name of a row, the message names its table. */
+/* Refuses an entry whose key is not accepted. If the key is the name of a row, the message names its table.
+ * */
 static bool refuse_key(const reading_t *reading, const toml_entry_t *entry, const char *keys,
                        const char *accepted)
 {
@@ -207,7 +208,7 @@ static bool refuse_key(const reading_t *reading, const toml_entry_t *entry, cons
                          near != NULL ? near : "", accepted);
 }
 
-/* Refuses what is none of the keys ("a|b|c"). */
+/* Refuses an entry whose key is not in the list ("a|b|c"). */
 bool reading_only_keys(const reading_t *reading, const toml_entry_t *table, const char *keys,
                        const char *accepted)
 {
@@ -415,7 +416,7 @@ static bool read_run(const reading_t *reading, const toml_entry_t *top)
     scenario_t *scenario = reading->scenario;
     const toml_entry_t *run = reading_find(reading, top, "run");
     if (run == NULL && reading->more->keys != NULL && reading_find(reading, top, "measure") == NULL) {
-        /* nothing is measured: nothing runs */
+        /* without a run nothing is measured */
         scenario->duration = SCENARIO_SECONDS_MIN;
         scenario->every = 1u;
         scenario->seed = 1u;
@@ -863,7 +864,7 @@ static bool read_sheet(const reading_t *reading, const toml_entry_t *motor, moto
     const toml_entry_t *file = reading_find(reading, motor, "file");
     if (name != NULL && file != NULL) {
         return scenario_fail(reading->error, reading_place(file), "file",
-                             "name gives the motor already; accepted: one of the two");
+                             "`name` already selects the motor; accepted: one of the two");
     }
     if ((name != NULL && (!reading_is_text(reading, name, false) ||
                           !motor_read_library(name->text, sheet, reading->error))) ||
@@ -950,7 +951,7 @@ bool reading_statistic(const reading_t *reading, const toml_entry_t *entry, stat
                          entry->text, near != NULL ? "; nearest: " : "", near != NULL ? near : "");
 }
 
-/* A limit is a value of the signal, but a mean of choices is a number. */
+/* A limit has the form of the signal's values, but the limit of a mean of choices is a number. */
 static bool read_limit(const reading_t *reading, const toml_entry_t *entry, const table_row_t *row,
                        double *limit)
 {
@@ -1079,7 +1080,7 @@ static bool read_measure(const reading_t *reading, const toml_entry_t *entry, sc
            read_quantity_of(reading, entry, measure);
 }
 
-/* Appends what [[key]] has. */
+/* Appends the quantities of [[key]]. */
 static bool read_list(const reading_t *reading, const toml_entry_t *array,
                       bool (*read)(const reading_t *, const toml_entry_t *, scenario_expect_t *))
 {
@@ -1101,7 +1102,7 @@ static bool read_expects(const reading_t *reading, const toml_entry_t *top)
     uint32_t expects;
     uint32_t measures = 0;
     const toml_entry_t *expect = reading_tables(reading, top, "expect", &expects, &good);
-    /* A claim with more keys measures by itself. */
+    /* A claim of an experiment has further keys and its own measurement. */
     const toml_entry_t *measure = good && reading->more->keys == NULL
                                       ? reading_tables(reading, top, "measure", &measures, &good)
                                       : NULL;

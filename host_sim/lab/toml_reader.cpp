@@ -94,7 +94,8 @@ void add_children(std::vector<draft_t> &list, const toml::table &table, const st
                      [](const child_t &a, const child_t &b) { return before(a.place, b.place); });
     for (const child_t &child : children) {
         std::string name(child.key->str());
-        std::replace(name.begin(), name.end(), '\0', '?'); /* no key of ours, and C would cut it */
+        std::replace(name.begin(), name.end(), '\0',
+                     '?'); /* no accepted key, and a C string would end at this character */
         add(list, *child.node, name, path.empty() ? name : path + "." + name, child.place, parent);
     }
 }
@@ -185,7 +186,7 @@ void say(toml_error_t *error, place_t place, const std::string &name, const std:
     error->column = place.column;
     std::snprintf(error->name, sizeof error->name, "%s", name.c_str());
     std::snprintf(error->message, sizeof error->message, "%s", message.c_str());
-    /* one line, whatever was quoted */
+    /* one line for any quoted text */
     for (char *c = error->message; *c != '\0'; c++) {
         *c = static_cast<unsigned char>(*c) < 0x20u || *c == 0x7F ? ' ' : *c;
     }

@@ -14,7 +14,7 @@
 #define T_S    RIG_PERIOD_SECONDS
 
 /* Shares; where docs/theory.md has the rule, its section. */
-#define CURRENT_RESERVE  2.0   /* 23: a start with 0.7 of its torque for the load */
+#define CURRENT_RESERVE  2.0   /* 23: a start leaves 0.7 of its torque for the load */
 #define RESISTIVE_MOST   0.5   /* R I at current_limit, of the voltage that the link gives */
 #define CURRENT_LEAST    1.3   /* of the rated current, for any R I */
 #define SALIENT_MOST     0.8   /* 30: of psi_f, largest (L_q - L_d) I in a start */
@@ -163,9 +163,9 @@ typedef struct {
     bool resistive;                     /* the limit is the part that R leaves */
     bool by_module;           /* the current of the start is limited by the current of a leg of the module */
     double link, over, under; /* [V] */
-    double voltage;           /* [V] of a phase, that duties, dead time and drops leave */
-    double drop;              /* [V] of that, which no link changes */
-    double reach;             /* [rad/s] mechanical, with the current under way */
+    double voltage;           /* [V] of a phase, that remains after duties, dead time and drops */
+    double drop;              /* [V] part of the voltage that does not depend on the link */
+    double reach;             /* [rad/s] mechanical, largest speed under load */
     double speed;             /* [rad/s] mechanical, top */
     double free;              /* [rad/s] mechanical, largest speed without load */
     double overspeed;         /* [rad/s] mechanical */
@@ -414,7 +414,7 @@ static void add_motor(const motor_t *motor, tune_t *tune, const given_t *g)
             "[A] L_q is %.4g mH at 0.8 of current_limit (theory, 30)", 1e3 * g->l_q);
     }
     add(tune, "motor_flux_linkage", g->psi, "[Wb] psi_f, peak: K_t = 1.5 p psi_f = %.4g N m/A", g->kt);
-    add(tune, "motor_inertia", g->inertia, "[kg m^2] rotor%s%s; learnt from steps of the speed",
+    add(tune, "motor_inertia", g->inertia, "[kg m^2] rotor%s%s; the drive learns it from steps of the speed",
         motor->value[MOTOR_LOAD_INERTIA] > 0.0 ? " and load" : "",
         motor->has[MOTOR_INERTIA] ? "" : ", assumed");
 }

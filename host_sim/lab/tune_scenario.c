@@ -1,4 +1,4 @@
-/* What `lagless tune` writes. */
+/* Writes the scenario of `lagless tune`. */
 #include <math.h>
 #include <string.h>
 
@@ -73,13 +73,13 @@ void tune_boards(FILE *to, const motor_t *motor, const char *comment)
 
 /* ---- the scenario ---- */
 
-/* When what happens [s]. */
+/* Times of the scenario [s]. */
 typedef struct {
     double running; /* the estimate has taken over */
     double top;     /* the speed has arrived */
     double load;    /* the load comes */
-    double ramp;    /* in this time */
-    double settled; /* and is carried */
+    double ramp;    /* duration of the rise of the load */
+    double settled; /* the drive carries the load from here on */
     double end;
     double first_load, load_torque; /* [N m] */
 } plan_t;
@@ -169,7 +169,7 @@ void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, c
     for (uint32_t n = 0; n < tune->warning_count; n++) {
         fprintf(to, "# WARNING %s\n", tune->warnings[n]);
     }
-    if (tune->needs_encoder) { /* [motor] leaves this row alone */
+    if (tune->needs_encoder) { /* [motor] does not set this row */
         fprintf(to, "[params]\nposition_source = \"encoder\"\n");
     }
     fprintf(

@@ -206,7 +206,7 @@ static const struct {
 } by_text[] = {{"rad/s", UNITS_SPEED}, {"rad/s^2", UNITS_ACCELERATION}};
 #define BY_TEXT (sizeof by_text / sizeof by_text[0])
 
-/* Units of a motor's keys that state which value of an alternating quantity is meant. They have the spellings
+/* Units of a motor's keys that state whether a value is rms or peak. They have the spellings
  * of their unit and further ones with the same meaning. */
 static const struct {
     const char *variety, *unit;
@@ -339,7 +339,7 @@ static const char *skip_spaces(const char *text)
     return text;
 }
 
-/* Is this canonical text that spelling? */
+/* True if this canonical text is that spelling. */
 static bool spelled(const char *text, const char *spelling)
 {
     text = skip_spaces(text);
@@ -391,7 +391,7 @@ typedef struct {
     long power;
 } number_t;
 
-/* The number at the beginning of the text; NULL: there is none. Else what follows it. */
+/* The number at the beginning of the text; NULL: there is none. Otherwise the text after the number. */
 static const char *scan_number(const char *text, number_t *number)
 {
     bool any = false;
@@ -492,7 +492,7 @@ static double in_spelling(double value, const spelling_t *spelling)
     return scaled / spelling->factor;
 }
 
-/* The largest prefix that leaves a number of 1 or more; for nothing at all the table unit. NULL: the unit has
+/* The largest prefix that leaves a number of 1 or more; for 0 the table unit. NULL: the unit has
  * no list. */
 static const spelling_t *best_spelling(double magnitude, const char *unit)
 {

@@ -1,17 +1,17 @@
-/* Values with a unit, as people write and read them: "1500 r/min", "3 us", "250 mA", "30 deg".
+/* Converts between values and text with a unit: "1500 r/min", "3 us", "250 mA", "30 deg".
  *
  * A text is NUMBER UNIT, the space between them optional. Each table unit has its list of accepted spellings;
- * a spelling is the table unit times a power of ten, a factor, or both (x = number 10^power factor). Exact:
- * the power of ten goes into the number's own exponent before it becomes binary, so "3 us" is the double
- * nearest to 0.000003; factors (2 pi/60) cost one more rounding. Same bits on every machine and in every
- * locale.
+ * a spelling is the table unit times a power of ten, a factor, or both (x = number 10^power factor). The
+ * conversion is exact: the power of ten is added to the exponent of the decimal number before it is converted
+ * to binary, so that "3 us" is the double nearest to 0.000003. A factor (2 pi/60) adds one rounding. The bits
+ * are the same on every machine and in every locale.
  *
- * A speed in r/min is a mechanical one, and so is an acceleration in r/min/s: those spellings hold only for
- * rows whose text contains "mechanical", and Hz only for the others (a filter, an electrical speed), where it
- * means 2 pi rad/s.
+ * A speed in r/min is a mechanical one, and so is an acceleration in r/min/s: those spellings are accepted
+ * only for rows whose text contains "mechanical". Hz, which means 2 pi rad/s, is accepted only for the other
+ * rows (a filter, an electrical speed).
  *
- * Spellings of data sheets, as a PDF gives them: both characters for micro, the middle dot, N.m and kg-cm2,
- * superscripts, RPM, the ohm sign and omega, no-break spaces. One table has them all (units.c).
+ * Spellings copied from data sheets in PDF are accepted: both characters for micro, the middle dot, N.m and
+ * kg-cm2, superscripts, RPM, the ohm sign and omega, no-break spaces. One table has them all (units.c).
  *
  * Does not handle: scales with an offset (K, degF), products or powers of a unit beyond those listed. */
 #ifndef HOST_SIM_LAB_UNITS_H

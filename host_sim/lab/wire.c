@@ -1,5 +1,6 @@
 #include "host_sim/lab/wire.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <netinet/in.h>
@@ -129,6 +130,20 @@ const char *wire_name(const wire_t *wire)
 bool wire_has_client(const wire_t *wire)
 {
     return wire->client >= 0;
+}
+
+const char *wire_client(const wire_t *wire, char to[WIRE_CLIENT_SIZE])
+{
+    struct sockaddr_in place;
+    socklen_t size = sizeof place;
+    char host[INET_ADDRSTRLEN];
+    if (getpeername(wire->client, (struct sockaddr *)&place, &size) == 0 && place.sin_family == AF_INET &&
+        inet_ntop(AF_INET, &place.sin_addr, host, sizeof host) != NULL) {
+        snprintf(to, WIRE_CLIENT_SIZE, "%s:%u", host, (unsigned)ntohs(place.sin_port));
+    } else {
+        snprintf(to, WIRE_CLIENT_SIZE, "?");
+    }
+    return to;
 }
 
 /* ---- clients ---- */

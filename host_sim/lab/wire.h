@@ -40,6 +40,11 @@ const char *wire_name(const wire_t *wire);
 /* true: a client is connected. For a terminal this is unknown. */
 bool wire_has_client(const wire_t *wire);
 
+#define WIRE_CLIENT_SIZE 64 /* [octets] of an address with its closing 0 */
+
+/* Address of the client at a TCP port, "127.0.0.1:54321"; "?" if it has closed. Returns `to`. */
+const char *wire_client(const wire_t *wire, char to[WIRE_CLIENT_SIZE]);
+
 /* Handles new and closed connections, and sends written octets. Call it about once per millisecond of
  * simulated time. */
 void wire_poll(wire_t *wire);

@@ -51,7 +51,7 @@ uint32_t frames_make(uint8_t *to, bool lossless, uint16_t counter, const uint8_t
     to[3] = (uint8_t)(counter >> 8);
     memcpy(to + FRAMES_HEADER, packet, count);
     if (!lossless) {
-        to[FRAMES_HEADER + count] = 0; /* the fill, or what the sum overwrites */
+        to[FRAMES_HEADER + count] = 0; /* the fill octet, or an octet that the sum overwrites */
         const uint16_t sum = sum_of(to, size - 2u);
         to[size - 2u] = (uint8_t)sum;
         to[size - 1u] = (uint8_t)(sum >> 8);

@@ -46,7 +46,7 @@ bool judge_staged(master_t *master, master_error_t *why)
     return refused;
 }
 
-/* Requests are judged as a set: the active ones first, which go together. */
+/* Requests are judged as a set, beginning with the active ones, which are consistent. */
 static bool copy_requests(master_t *master, rig_t *rig)
 {
     const table_t *requests = table_at(MASTER_REQUESTS);

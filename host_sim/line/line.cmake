@@ -1,4 +1,4 @@
-# The line to a drive, simulated or real: transports, frames, the XCP master.
+# The library for the serial link to a drive, simulated or real: transports, frames, the XCP master.
 add_library(lagless_line STATIC
     line/frames.c
     line/judge.c

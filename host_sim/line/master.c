@@ -1,4 +1,4 @@
-/* The engine: octets in and out, one command under way, time-outs. */
+/* Sends and receives octets, with one pending command and time-outs. */
 #include "host_sim/line/master.h"
 
 #include <errno.h>
@@ -82,7 +82,7 @@ static void flush_out(master_t *master)
 static void send_packet(master_t *master, const uint8_t *packet, uint32_t length)
 {
     if (master->out_end + FRAMES_HEADER + length + FRAMES_TAIL > sizeof master->out) {
-        return; /* as good as lost on the line: its answer will be missed */
+        return; /* the request counts as lost on the line, because its answer will be missing */
     }
     uint8_t *at = master->out + master->out_end;
     master->out_end += frames_make(at, master->in.lossless, master->counter++, packet, length);
@@ -212,7 +212,7 @@ static void take_answer(master_t *master, const uint8_t *packet, uint32_t length
             master->synchs = 0;
             repeat(master);
         }
-        return; /* else the answer that was given up */
+        return; /* otherwise it is the late answer of an abandoned request */
     }
     if (master->state != LINE_ASKED || (!positive && code == XCP_ERROR_SYNCH)) {
         return; /* requested twice, or not at all */
@@ -245,7 +245,7 @@ static void take_packet(master_t *master, const uint8_t *packet, uint32_t length
     }
 }
 
-/* Reads what is there, with a limit where samples never cease. */
+/* Reads the available octets, up to a limit, because samples may arrive without end. */
 static void receive(master_t *master)
 {
     for (uint32_t n = 0; n < READS_MAX && master->descriptor >= 0; n++) {

@@ -20,7 +20,7 @@
 #include "contract/table.h"
 
 #define MASTER_PATIENCE (1e-3 * LINE_ANSWER) /* [s] for an answer */
-/* On a serial line a frame may get lost, and the drive must receive the next one before its command_timeout
+/* On a serial line a frame may be lost, and the drive must receive the next one before its command_timeout
  * of 1 s. The waiting time is this value plus the time of 300 octets, at most MASTER_PATIENCE. */
 #define MASTER_PATIENCE_SERIAL 0.3  /* [s] */
 #define MASTER_PATIENCE_ORDER  30.0 /* [s] for the answer to an order: erasing flash takes long */
@@ -140,7 +140,7 @@ typedef struct {
     uint64_t samples;        /* [-] received */
     uint64_t missing;        /* [-] missing between the received ones, by their time stamps */
     uint32_t gaps;           /* [-] number of such gaps */
-    uint32_t frames_missing; /* [-] missing frames of any kind, by their counter */
+    uint32_t frames_missing; /* [-] missing frames of any kind, found by their counter */
     uint32_t octets_dropped; /* [-] that were part of no frame */
 } master_daq_t;
 

@@ -1,4 +1,5 @@
-/* Life of the line, and questions that wait: values, orders, fault log, capture buffer. */
+/* Opening and closing of the link, and requests that wait for their answers: values, orders, fault log,
+#capture buffer. */
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,8 +39,8 @@ static double patience_of(const char *name, bool lossless)
     return lossless || serial > MASTER_PATIENCE ? MASTER_PATIENCE : serial;
 }
 
-/* Everything about the line as it is before CONNECT. On a line that continues, a frame may be half
- * received. */
+/* Resets all data about the line to their state before CONNECT. If the line continues, a frame may have been
+ * received in part. */
 static void begin(master_t *master, int descriptor, bool lossless)
 {
     const bool goes_on = descriptor == master->descriptor;
@@ -58,7 +59,7 @@ static void begin(master_t *master, int descriptor, bool lossless)
     master->daq = (daq_t){0};
 }
 
-/* Over the tables that the drive has, in the order of their extensions. */
+/* Computes the hash over the tables of the drive, in the order of their extensions. */
 static uint32_t tables_hash(void)
 {
     uint32_t hash = 0;
@@ -104,15 +105,15 @@ bool master_connect(master_t *master, master_error_t *error)
         return master_fail_result(master, error, "connect", result);
     }
     if ((answer[1] & 0x07u) != 0u) {
-        return master_fail(error,
-                           "%s: its addresses are not of octets in Intel's order: it is not a lagless drive",
-                           master->name);
+        return master_fail(
+            error, "%s: its addresses do not count octets in Intel's order: this is not a lagless drive",
+            master->name);
     }
     master->packet_max = answer[2];
     master->sample_max = master_take(answer + 3, 2u);
     if (master->packet_max < 8u || master->sample_max < 8u || master->sample_max > FRAMES_PACKET) {
-        return master_fail(error, "%s: packets of %u and %u octets: it is not a lagless drive", master->name,
-                           (unsigned)master->packet_max, (unsigned)master->sample_max);
+        return master_fail(error, "%s: it uses packets of %u and %u octets: this is not a lagless drive",
+                           master->name, (unsigned)master->packet_max, (unsigned)master->sample_max);
     }
     master->connected = true;
     return check_epk(master, error) && (master->key == 0u || master_unlock(master, master->key, error));
@@ -236,10 +237,10 @@ const char *master_epk(const master_t *master)
     return master->epk;
 }
 
-/* ---- places and errors ---- */
+/* ---- addresses and errors ---- */
 
-/* The id by which the table of a row is known: that of its first row. Rows that were added later may have ids
- * beyond the range of their table. */
+/* The id that identifies the table of a row: that of its first row. Rows that were added later may have ids
+ * outside the range of their table. */
 static uint32_t table_id(const table_row_t *row)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {
@@ -280,7 +281,7 @@ bool master_fail_result(const master_t *master, master_error_t *error, const cha
         {MASTER_NOT_SENT, "too many commands wait for their answers"},
         {MASTER_BUSY, "the drive is busy"},
         {0x20, "the drive does not know this command"},
-        {0x21, "the drive finds the command malformed"},
+        {0x21, "the drive reports that the command has a wrong form"},
         {MASTER_OUT_OF_RANGE, "the drive has nothing at this address, or the value is out of its range"},
         {MASTER_PROTECTED, "it can be read, but not set"},
         {0x24, "access denied"},
@@ -288,7 +289,7 @@ bool master_fail_result(const master_t *master, master_error_t *error, const cha
          "the drive is locked by its line_key: it can be read and stopped; to write, connect with --key KEY"},
         {0x26, "no such set of parameters"},
         {0x27, "not in this mode"},
-        {0x29, "not in this order"},
+        {0x29, "the drive does not accept the commands in this order"},
         {0x2A, "the samples are not set up"},
         {0x30, "the drive has no room for more samples"},
     };
@@ -550,7 +551,7 @@ bool master_staged(master_t *master, bool *staged, master_error_t *error)
 {
     uint8_t data[MASTER_READ_MAX];
     question_t question = master_question(XCP_GET_CAL_PAGE, 3u, 3u, NULL, NULL);
-    question.packets[0][1] = 1u; /* the page that the drive runs on */
+    question.packets[0][1] = 1u; /* the page that the drive uses */
     const int result = master_asked(master, question, data, NULL);
     *staged = result == MASTER_OK && data[2] != 0u;
     return result == MASTER_OK || master_fail_result(master, error, "which set is active", result);
@@ -589,7 +590,7 @@ static bool capture_columns(master_t *master, master_capture_t *capture, master_
     return true;
 }
 
-/* Is the content of the buffer the one that the call needs? */
+/* True if the buffer has the kind of content that the call needs. */
 static bool judge_content(master_t *master, bool replay, master_error_t *error)
 {
     double content;
@@ -661,7 +662,8 @@ uint32_t *master_record(master_t *master, uint32_t *count, master_error_t *error
         return NULL;
     }
     if ((int32_t)state != table_choice(rig_row_by_name("capture_state"), "held")) {
-        master_fail(error, "no record is held yet: it is held after a fault, or after `capture trigger`");
+        master_fail(error,
+                    "the drive has no record yet: it stores one at a fault or after `capture trigger`");
         return NULL;
     }
     if (!master_read(master, MASTER_CAPTURE, 4u, head, sizeof head, error)) { /* slot 1 is their number */
@@ -669,8 +671,8 @@ uint32_t *master_record(master_t *master, uint32_t *count, master_error_t *error
     }
     *count = master_take(head, 4u);
     if (*count < RIG_RECORD_HEAD || *count > CAPTURE_SLOTS + RIG_RECORD_HEAD) {
-        master_fail(error, "a record of %u slots: accepted are %u to %u", (unsigned)*count, RIG_RECORD_HEAD,
-                    (unsigned)(CAPTURE_SLOTS + RIG_RECORD_HEAD));
+        master_fail(error, "the record has %u slots: accepted are %u to %u", (unsigned)*count,
+                    RIG_RECORD_HEAD, (unsigned)(CAPTURE_SLOTS + RIG_RECORD_HEAD));
         return NULL;
     }
     uint8_t *data = malloc((size_t)4u * *count);

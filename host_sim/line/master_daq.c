@@ -1,4 +1,4 @@
-/* Samples: one list of the drive, one event, stamps that are periods. */
+/* Samples: uses one list of the drive and one event; the time stamps are numbers of periods. */
 #include <string.h>
 
 #include "host_sim/line/master_parts.h"
@@ -37,7 +37,7 @@ void master_daq_packet(master_t *master, const uint8_t *packet, uint32_t length)
         daq->taken = 0;
     }
     if (number != daq->next) {
-        return; /* a packet of this sample was lost: its stamp will be missed */
+        return; /* a packet of this sample was lost, which the missing time stamp will show */
     }
     const uint32_t head = PID_OCTETS + (number == 0u ? STAMP_OCTETS : 0u);
     const uint32_t room = packet_slots(master, number);
@@ -75,7 +75,7 @@ static bool check_stamps(master_t *master, master_error_t *error)
     const uint8_t packet[] = {XCP_GET_DAQ_RESOLUTION_INFO};
     return ask(master, packet, sizeof packet, data, error) &&
            ((data[4] & 0x07u) == STAMP_OCTETS ||
-            master_fail(error, "%s: its samples have no stamps of 4 octets: it is not a lagless drive",
+            master_fail(error, "%s: its samples have no time stamps of 4 octets: this is not a lagless drive",
                         master->name));
 }
 

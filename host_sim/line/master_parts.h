@@ -84,7 +84,7 @@ struct master {
     uint8_t out[2048];
     uint32_t out_begin, out_end;
     uint16_t counter; /* of the next frame sent */
-    double sent;      /* [s] when the last one was */
+    double sent;      /* [s] time of the last transmission */
 
     question_t queue[MASTER_QUEUE];
     uint32_t first, count; /* of the queue */

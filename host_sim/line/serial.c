@@ -1,5 +1,6 @@
-/* Serial devices. Linux takes any baud through its termios2, whose header and <termios.h> exclude each
- * other. Therefore this code is a separate file. Elsewhere the speeds that the system has constants for. */
+/* Serial devices. Linux accepts any baud rate through its termios2, whose header and <termios.h> exclude each
+#other. Therefore this code is a separate file. Other systems accept only the rates for which they have
+#constants. */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
@@ -38,7 +39,7 @@ bool transport_serial(int descriptor, uint32_t baud, char *why, size_t size)
         return false;
     }
     if (!NEAR(setup.c_ospeed, baud)) {
-        snprintf(why, size, "cannot be set to %u baud: its nearest is %u", (unsigned)baud,
+        snprintf(why, size, "cannot be set to %u baud: its nearest rate is %u", (unsigned)baud,
                  (unsigned)setup.c_ospeed);
         return false;
     }
@@ -59,7 +60,8 @@ bool transport_serial(int descriptor, uint32_t baud, char *why, size_t size)
     }
     cfmakeraw(&setup);
     setup.c_cflag |= CLOCAL | CREAD;
-    /* where speeds are numbers, any; elsewhere the call refuses what it has no constant for */
+    /* systems whose constants are the rates themselves accept any rate; the others refuse a rate without a
+     * constant */
     if (cfsetspeed(&setup, (speed_t)baud) != 0 || tcsetattr(descriptor, TCSANOW, &setup) != 0 ||
         tcgetattr(descriptor, &setup) != 0 || !NEAR((uint32_t)cfgetospeed(&setup), baud)) {
         snprintf(why, size, "cannot be set to %u baud", (unsigned)baud);

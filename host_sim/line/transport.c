@@ -125,7 +125,7 @@ static int open_tcp(const transport_target_t *parsed, const char *target, char *
     if (descriptor < 0) {
         snprintf(why, size,
                  error == ECONNREFUSED
-                     ? "%s: no server listens there (%s); start `lagless serve SCENARIO --port %s`"
+                     ? "%s: no server listens at this address (%s); start `lagless serve SCENARIO --port %s`"
                      : "%s: %s (port %s)",
                  target, strerror(error), parsed->port);
     }
@@ -137,14 +137,14 @@ static int open_serial(const transport_target_t *parsed, char *why, size_t size)
     const int descriptor = open(parsed->place, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (descriptor < 0) {
         snprintf(why, size, "%s: %s%s", parsed->place, strerror(errno),
-                 errno == EACCES   ? "; your user needs the group of the device, often dialout"
+                 errno == EACCES   ? "; your user must be a member of the group of the device, often dialout"
                  : errno == ENOENT ? "; check that the adapter is plugged in"
                                    : "");
         return -1;
     }
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-        snprintf(why, size, "%s: another program talks over it (%s); end that first", parsed->place,
-                 strerror(errno));
+        snprintf(why, size, "%s: another program uses this device (%s); end that program first",
+                 parsed->place, strerror(errno));
         close(descriptor);
         return -1;
     }

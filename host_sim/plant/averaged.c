@@ -13,12 +13,12 @@
 #define SETTLED     1e-3
 #define MOST_PASSES 8
 
-/* A leg between its two switches, both off. Times from the nearer end of the period. */
+/* The interval in which both switches of a leg are off. Times count from the nearer end of the period. */
 typedef struct {
     double near;   /* [s] border to the switch that is on at the ends */
-    double far;    /* [s] border to the other */
+    double far;    /* [s] border to the other switch */
     double sign;   /* [-] mean of the current's sign between them, -1..1 */
-    double leaves; /* [s] border in effect: its mean voltage as of an edge */
+    double leaves; /* [s] effective border: an edge at this time has the same mean voltage */
     double i_near; /* [A] current at `near` */
     double i_far;  /* [A] at `far` */
 } handover_t;
@@ -28,12 +28,12 @@ typedef struct {
     double length, rate;     /* T [s], 1/T [1/s] */
     double free[3];          /* by EMF and resistance, mean [A/s] */
     double turn[3];          /* half of the change of this rate per second [A/s^2] */
-    double slope[3];         /* F, `free` and drops [A/s] */
+    double slope[3];         /* slope F: `free` and the drops [A/s] */
     double drop[3];          /* [V] mean pole voltage beyond V_dc times the share at the upper rail */
     double volt;             /* way V_dc [V] */
-    double by_leg[3][3];     /* G: of a phase, by a leg [A/(V s)] */
+    double by_leg[3][3];     /* G: slope of the current of a phase for each volt of a leg [A/(V s)] */
     double begin[3], end[3]; /* [A] currents at the ends */
-    double follow[3];        /* [-] share of a new sign that is taken over */
+    double follow[3];        /* [-] share of the change of a sign that one repetition applies */
     handover_t first[3], second[3];
 } period_t;
 
@@ -104,7 +104,7 @@ static void describe(const plant_t *plant, period_t *period)
     double begin[3], end[3], by_alpha[3], by_beta[3];
     interval_phase_slopes(plant, period->length, begin, end, by_alpha, by_beta);
     for (int leg = 0; leg < 3; leg++) {
-        /* Clarke of a leg's volt: 2/3, -1/3 and -1/3; along beta 0 and +-1/sqrt 3. */
+        /* Clarke transform of one volt of a leg: alpha 2/3, -1/3, -1/3; beta 0, +-1/sqrt 3. */
         period->by_leg[leg][0] = by_alpha[leg] * (2.0 / 3.0);
         period->by_leg[leg][1] = by_beta[leg] * INV_SQRT_3 - by_alpha[leg] * (1.0 / 3.0);
         period->by_leg[leg][2] = -by_beta[leg] * INV_SQRT_3 - by_alpha[leg] * (1.0 / 3.0);
@@ -148,7 +148,7 @@ static double meet(const plant_t *plant, period_t *period, handover_t half[3], c
     return change;
 }
 
-/* interval_pole_mean, quick where the current stays outside the zone. */
+/* The same as interval_pole_mean, but faster if the current stays outside the zone. */
 static inline double along(const plant_t *plant, const plant_law_t *law, double x, double y)
 {
     double zone = plant->zone;
@@ -185,7 +185,7 @@ static double share_of(const period_t *period, int leg)
     return period->way > 0.0 ? at_ends : 1.0 - at_ends;
 }
 
-/* Repeats until signs and currents agree; leaves the drops of the last polygon. */
+/* Repeats until signs and currents agree. Afterwards the drops are those of the last polygon. */
 static void settle(const plant_t *plant, period_t *period)
 {
     double change = 1.0;

@@ -265,6 +265,6 @@ uint32_t flux_map_add(const flux_map_grid_t *grid, flux_map_error_t *error)
         }
     }
     free(map);
-    (void)refuse(error, "no more than 32 maps in one program", 0.0, 0.0);
+    (void)refuse(error, "a program accepts at most 32 maps", 0.0, 0.0);
     return 0u;
 }

@@ -74,7 +74,7 @@ static bool read_names(file_t *file, char *text)
     uint32_t at = 0u;
     for (char *cell = next_cell(&text); cell != NULL; cell = next_cell(&text), at++) {
         uint32_t n = 0u;
-        cell[strcspn(cell, " [")] = '\0'; /* a unit behind the name */
+        cell[strcspn(cell, " [")] = '\0'; /* a unit after the name */
         while (n < COLUMNS && strcmp(cell, names[n]) != 0) {
             n++;
         }
@@ -103,7 +103,7 @@ static point_t *new_point(file_t *file)
                               ? realloc(file->points, room * sizeof *points)
                               : NULL;
         if (points == NULL) {
-            (void)fail(file, file->line, "more points than fit; accepted: up to %u values of each current",
+            (void)fail(file, file->line, "too many points; accepted: up to %u values of each current",
                        FLUX_MAP_POINTS);
             return NULL;
         }
@@ -188,7 +188,8 @@ static bool is_grid(const file_t *file, uint32_t across)
         }
     }
     return file->count % across == 0u ||
-           fail(file, 0u, "%u points are no multiple of the %u values of i_q; accepted: a full grid",
+           fail(file, 0u,
+                "the number of points, %u, is no multiple of the %u values of i_q; accepted: a full grid",
                 file->count, across);
 }
 

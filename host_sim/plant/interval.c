@@ -18,7 +18,7 @@
 
 /* Rate of change times step [-]. The rest of the series is then 5e-8 of the current. */
 #define LARGEST_ANGLE 0.09
-/* Step in time constants of the zone [-]. Runge-Kutta leaves 3e-4 of the transient. */
+/* Step in time constants of the zone [-]. The error of the Runge-Kutta step is 3e-4 of the transient. */
 #define STIFFEST 0.5
 /* The same while a rotor whose EMF is near the link voltage or above feeds the link through the diodes: a leg
  * without current floats inside the zone, often for a long time. Its transient has ended when its current
@@ -76,7 +76,7 @@ double interval_pole(const plant_t *plant, const plant_law_t *law, double i, dou
     return 0.5 * (below + above) - 0.5 * x * (below - above);
 }
 
-/* Fall of the pole voltage across the zone per ampere [ohm]. */
+/* Decrease of the pole voltage across the zone per ampere [ohm]. */
 static double zone_resistance(const plant_t *plant, const plant_law_t *law)
 {
     double fall = (law->s[1] - law->s[0]) * plant->v_dc + (law->d[1] - law->d[0]) +
@@ -681,9 +681,9 @@ static inline double least(double x, double y)
     return x < y ? x : y;
 }
 
-/* Charge, copper heat and losses of an interval with pole voltages v (r_mean i added) and shares s; currents
- * taken as straight lines from i to j. The difference of the power from the link and the power into the motor
- * is lost. */
+/* Charge, copper heat and losses of an interval with pole voltages v (r_mean i added) and shares s. The
+ * currents are assumed to change linearly from i to j. The difference of the power from the link and the
+ * power into the motor is lost. */
 static void add_up(const plant_t *plant, double h, const double j[3], const double v[3], const double s[3],
                    sums_t *sums)
 {
@@ -737,7 +737,8 @@ static bool bend(const plant_t *plant, const series_t *series, double v[3], doub
                 const plant_law_t *law = &plant->law[leg][plant->kind[leg]];
                 double middle = 0.5 * (plant->i[leg] + j[leg]);
                 double mean = interval_pole(plant, law, middle, &s[leg]);
-                if (in_zone[leg]) { /* else one straight line: its mean is its middle */
+                if (in_zone[leg]) { /* otherwise the law is one straight line, whose mean is the value in its
+                                       middle */
                     mean = interval_pole_mean(plant, law, plant->i[leg], j[leg]);
                 }
                 mean += plant->r_mean * middle;
@@ -845,7 +846,7 @@ static void link_step(plant_t *plant, double h, double charge)
     plant->v_dc = v > 0.0 ? v : 0.0;
 }
 
-/* No current for so long that the nodes float: until a gate or a high EMF ends it. */
+/* After a time without current the bridge is idle, until a gate turns on or the EMF is high enough. */
 static void settle(plant_t *plant, uint64_t ticks)
 {
     for (int leg = 0; leg < 3; leg++) {
@@ -983,7 +984,7 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
     double h = (double)ticks * TICK;
 
     if (plant->ripples) {
-        plant->v_dc = interval_source(plant, 0.5 * h); /* as its mean */
+        plant->v_dc = interval_source(plant, 0.5 * h); /* as the mean of the interval */
     }
 
     /* Extrapolates from the torque before the last one, so that the computation of the currents does not
@@ -1065,7 +1066,7 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
             plant->energy_mechanical += h * omega_felt *
                                         (!locked   ? against
                                          : elastic ? 0.0
-                                                   : torque); /* twist_step has the rest */
+                                                   : torque); /* twist_step computes the other values */
         }
         if (plant->link_rate > 0.0) {
             link_step(plant, h, sums.charge);
@@ -1110,7 +1111,7 @@ static double event_share(const shaft_t *before, const plant_t *after)
     return change != 0.0 ? before->omega_m / change : 1.0;
 }
 
-/* All members that a step may change are behind the coefficients. */
+/* All members that a step may change follow the coefficients in the struct. */
 #define STATE_AT   offsetof(plant_t, i)
 #define STATE_SIZE (sizeof(plant_t) - STATE_AT)
 

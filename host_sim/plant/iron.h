@@ -1,6 +1,5 @@
-/* The loss of the iron as one resistance R_c: in addition to the current o that makes the flux psi (the
- * magnets'
- * included) and the torque, the phases carry a current along the EMF,
+/* Models the loss of the iron by one resistance R_c: in addition to the current o that makes the flux psi
+ * (the magnets' included) and the torque, the phases carry a current along the EMF,
  *
  *   i = o + j g psi(o),   g = omega_e/R_c
  *   u = R i + dpsi/dt + j omega_e psi,   di/dt = do/dt + j g dpsi/dt + j psi dg/dt      (rotor frame)
@@ -21,7 +20,7 @@ typedef struct {
     magnetics_t field; /* of these */
 } iron_t;
 
-/* At phase currents (i_d, i_q) [A] and this electrical speed [rad/s]. */
+/* The currents o at the phase currents (i_d, i_q) [A] and this electrical speed [rad/s]. */
 static inline iron_t iron_at(const plant_t *plant, double omega_e, double i_d, double i_q)
 {
     const plant_params_t *q = &plant->params;

@@ -5,10 +5,10 @@
  *   coenergy = L I_s^2 (sqrt(1 + (i/I_s)^2) - 1) = L i^2/(1 + sqrt(1 + (i/I_s)^2)).
  *
  * This is exact for an unlimited I_s as well. Beyond that current the iron is full, and the incremental
- * inductance stays the one at its end, that of the air. Without it no current would hold a flux above L I_s.
- * A short circuit requires that: it keeps the flux of the winding constant, and the rotor turns the magnets'
- * flux into the q axis. With a flux map the values are those of the map. The flux of the magnets,
- * flux_linkage, is not included. */
+ * inductance stays the one at its end, that of the air. Without this part no current could produce a flux
+ * above L I_s. Such a flux occurs in a short circuit, which keeps the flux of the winding constant while the
+ * rotor turns the magnets' flux into the q axis. With a flux map the values are those of the map. The flux of
+ * the magnets, flux_linkage, is not included. */
 #ifndef HOST_SIM_PLANT_MAGNETICS_H
 #define HOST_SIM_PLANT_MAGNETICS_H
 
@@ -30,7 +30,7 @@ typedef struct {
     double flux, slope; /* [Wb], [H] */
 } magnetics_axis_t;
 
-/* By the law; bend: 1/I_s^2 [1/A^2]. */
+/* Flux and inductance by the law above; `bend` is 1/I_s^2 [1/A^2]. */
 static inline magnetics_axis_t magnetics_iron(double inductance, double bend, double i)
 {
     const double less = 1.0 / sqrt(1.0 + bend * i * i);
@@ -60,7 +60,7 @@ static inline magnetics_axis_t magnetics_axis(double inductance, double bend, do
     return (magnetics_axis_t){full.flux + full.slope * (i - end), full.slope};
 }
 
-/* [J] of an axis, over 1.5. */
+/* [J] Energy of an axis, divided by 1.5. */
 static inline double magnetics_axis_energy(double inductance, double bend, double i)
 {
     if (!magnetics_is_full(bend, i)) {

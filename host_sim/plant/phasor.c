@@ -15,7 +15,8 @@ void phasor_at(double theta, double *cosine, double *sine)
     double r = (theta - quadrant * HALF_PI_HIGH) - quadrant * HALF_PI_LOW;
     double x = r * r;
 
-    /* Taylor: |r| <= pi/4 leaves 5e-17 (sine, to r^15) and 2e-18 (cosine, to r^16). */
+    /* Taylor series: for |r| <= pi/4 the remainder is 5e-17 (sine, up to r^15) and 2e-18 (cosine, up to
+     * r^16). */
     double s = -1.0 / 1307674368000.0;
     s = s * x + 1.0 / 6227020800.0;
     s = s * x - 1.0 / 39916800.0;
@@ -50,7 +51,8 @@ double phasor_decay(double x)
     double r = halvings * LN2_HIGH - x + halvings * LN2_LOW; /* |r| <= ln(2)/2 */
     double e = 1.0;
     for (int n = 14; n > 0; n--) {
-        e = 1.0 + e * r / (double)n; /* Horner form of the Taylor series: 0.35^15/15! = 1e-19 is left */
+        e = 1.0 +
+            e * r / (double)n; /* Taylor series in Horner form; the remainder is below 0.35^15/15! = 1e-19 */
     }
     return ldexp(e, -(int)halvings);
 }

@@ -51,7 +51,8 @@ static double make_legs(plant_t *plant)
         double d = drop[leg];
         double r = resistance[leg];
         plant_law_t *law = plant->law[plant->wire[leg]];
-        /* Off: lower diode for i > 0, upper diode for i < 0: the averaged law at these shares has just those.
+        /* With both switches off the lower diode conducts for i > 0 and the upper diode for i < 0; the
+         * averaged law at these shares gives the same voltages.
          */
         law[PLANT_LAW_OFF] = law_of(q, 0.0, 1.0, d, r);
         law[PLANT_LAW_UPPER] = law_of(q, 1.0, 1.0, d, r);
@@ -76,7 +77,7 @@ static bool module_shut(const plant_t *plant)
 
 /* ---- wires ---- */
 
-/* The phase in the place of n, 0..2, if two phases are exchanged: 1 b with c, 2 c with a, 3 a with b; 0
+/* The phase that replaces phase n, 0..2, if two phases are exchanged: 1 b with c, 2 c with a, 3 a with b; 0
  * none. */
 static uint32_t changed(double pair, uint32_t n)
 {
@@ -104,7 +105,7 @@ static uint32_t rewired(const plant_t *plant, uint32_t gates)
     return bits;
 }
 
-/* Two motor wires change places: what belongs to legs moves to the other phases. */
+/* Exchanges two motor wires: all values that belong to legs move to the other phases. */
 static void rewire(plant_t *plant, double pair)
 {
     plant->rewired = pair != 0.0;
@@ -256,7 +257,8 @@ static bool edge_is_silent(const plant_t *plant, const plant_edge_t *edge)
     if ((before | after) != diode_twin || (plant->shut | plant->idle | plant->stuck_gates)) {
         return false;
     }
-    /* |di/dt| of a phase: two thirds of the link plus drops and resistive part (a fifth is ample) plus EMF.
+    /* |di/dt| of a phase: two thirds of the link plus a fifth for drops and resistance, which is a safe
+     * limit, plus EMF.
      */
     double fastest = (plant->v_dc * 1.2 + fabs(plant->omega_m) * plant->p * plant->emf_bound) * plant->k_max;
     return fabs(i) > plant->zone + fastest * TICK * (double)(int64_t)(edge->tick - plant->tick);
@@ -702,7 +704,7 @@ static double at_pin(double volts)
     return volts < 0.0 ? 0.0 : volts > 3.0 ? 3.0 : volts;
 }
 
-/* Pin that should show leg n's current. */
+/* The phase whose pin is assigned to the current of leg n. */
 static double current_pin(plant_t *plant, uint32_t n)
 {
     const plant_params_t *q = &plant->params;
@@ -745,7 +747,7 @@ double plant_analog(plant_t *plant, plant_channel_t channel)
     return 0.0;
 }
 
-/* floor(), for what fits 64 bits; one comparison for what is not negative. */
+/* floor() for numbers that fit into 64 bits; a number that is not negative needs only one comparison. */
 static int64_t floor_of(double x)
 {
     if (x >= 0.0) {
@@ -755,7 +757,7 @@ static int64_t floor_of(double x)
     return n - ((double)n > x);
 }
 
-/* Edges that have passed on the disc. */
+/* The number of edges of the disc that have passed. */
 static int64_t disc_count(const plant_t *plant, double theta_e)
 {
     return plant->count_whole + floor_of(theta_e * plant->count_per_rad + plant->count_rest);

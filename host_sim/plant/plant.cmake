@@ -9,4 +9,4 @@ add_library(lagless_plant STATIC
     plant/plant_params.c
 )
 desk_room(lagless_plant)
-target_link_libraries(lagless_plant PUBLIC lagless_board m) # its sensors have the scales of the board's
+target_link_libraries(lagless_plant PUBLIC lagless_board m) # the scales of its sensors are those of the board

@@ -133,14 +133,15 @@ bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
                           "a current of 1 A at least; 0: no saturation");
         }
         if (value == &params->iron_loss_resistance && *value != 0.0 && *value < PLANT_IRON_LEAST) {
-            return refuse(why, row, *value, PLANT_IRON_LEAST, "10 ohm at least; 0: no loss in the iron");
+            return refuse(why, row, *value, PLANT_IRON_LEAST,
+                          "accepted are 10 ohm and more, or 0: no loss in the iron");
         }
         if (value == &params->load_torque && params->load_kind == PLANT_LOAD_PASSIVE && *value < 0.0) {
             return refuse(why, row, *value, 0.0, "a passive load can not drive");
         }
         if (value == &params->friction_breakaway && *value != 0.0 && *value < params->friction_coulomb) {
             return refuse(why, row, *value, params->friction_coulomb,
-                          "or 0: friction_breakaway is no less than friction_coulomb");
+                          "or 0: friction_breakaway must not be below friction_coulomb");
         }
         if (value == &params->shorted_switches &&
             ((uint32_t)*value & (uint32_t)params->open_switches) != 0u) {

@@ -28,7 +28,7 @@
     P(friction_viscous,      "N m s/rad", 0.0,    0.0,    1e2,    "friction that grows with speed") \
     P(load_kind,             "-",        0.0,     0.0,    1.0,    "0 passive: load opposes motion; 1 active: load has a constant sign") \
     P(load_torque,           "N m",      0.0,     -1e4,   1e4,    "load; active and positive drives backwards; passive needs >= 0") \
-    P(shaft_locked,          "-",        0.0,     0.0,    1.0,    "1: a dynamometer holds shaft_locked_speed, whatever the torque is") \
+    P(shaft_locked,          "-",        0.0,     0.0,    1.0,    "1: a dynamometer holds shaft_locked_speed at any torque") \
     P(shaft_locked_speed,    "rad/s",    0.0,     -1e4,   1e4,    "speed of the locked shaft, mechanical") \
     P(dc_voltage,            "V",        BOARD_VOLTS(BOARD_DC_NOMINAL_MV),   0.0,    1000.0, "source of the DC link, open-circuit") \
     P(dc_resistance,         "ohm",      0.0,     0.0,    100.0,  "between source and capacitor; current flows one way unless dc_returns is 1; 0: stiff link") \

@@ -116,7 +116,7 @@ char *binding_campaign_summary(const char *lines, bool json, char why[WHY_SIZE])
     const size_t length = strcspn(lines, "\n") + 1u;
     snprintf(head, sizeof head, "%.*s", (int)(length < sizeof head ? length : sizeof head), lines);
     if (lines[length - 1u] == '\0' || !campaign_read_head(head, &campaign)) {
-        (void)refuse(why, "no campaign of this program: its tables are others");
+        (void)refuse(why, "no campaign of this program: its tables differ");
         return NULL;
     }
     campaign_result_t *results = calloc(campaign.runs, sizeof *results);

@@ -10,8 +10,8 @@
 #define VOLT_HALF 1.5 /* [V] of the pin for current_range */
 #define VOLT_FULL 3.0 /* [V] of the pin for dc_range */
 
-/* A leg's command before the dead band. The switch that it selects gets its turn-on command at `on_at`,
- * unless the command has changed again before. */
+/* The command of a leg before the dead band. The selected switch gets its turn-on command at `on_at`, unless
+ * the command changes again before. */
 typedef struct {
     bool upper;
     uint64_t on_at; /* [ticks]; PLANT_NEVER: it is on */

@@ -1,4 +1,4 @@
-# The library that the Python package calls (docs/python.md): it needs nothing but libc and libm where it runs.
+# The library that the Python package calls (docs/python.md). At run time it only needs libc and libm.
 if(LAGLESS_SANITIZE) # an interpreter that is not sanitized cannot load it
     return()
 endif()
@@ -13,7 +13,7 @@ if(LAGLESS_PYTHON_LIBRARY)
     get_filename_component(python_folder "${LAGLESS_PYTHON_LIBRARY}" DIRECTORY)
     set(python_boards ${LAGLESS_BOARD_NAMES})
     list(POP_FRONT python_boards)
-    foreach(board IN LISTS python_boards) # those of the other boards lie beside it
+    foreach(board IN LISTS python_boards) # the libraries of the other boards are in subfolders of its folder
         install(PROGRAMS "${python_folder}/boards/${board}/liblagless.so" DESTINATION lagless/boards/${board} COMPONENT python)
     endforeach()
 else()
@@ -28,7 +28,7 @@ else()
     target_link_libraries(lagless_python_objects PRIVATE lagless_lab lagless_plant)
     add_library(lagless_python SHARED $<TARGET_OBJECTS:lagless_python_objects>)
     target_link_libraries(lagless_python PRIVATE lagless_lab lagless_plant lagless_flags)
-    # The wheel's is optimised across rooms; the one of a build, for the package of the tree, is linked in no time.
+    # The library of the wheel has link-time optimisation. That of a build, for the package of the tree, has not, so that it links quickly.
     set(python_link "${LAGLESS_PLAIN_LINK}")
     if(SKBUILD)
         set(python_link "${LAGLESS_FAST_LINK}")

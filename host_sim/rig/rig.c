@@ -30,9 +30,10 @@ void rig_bind(rig_t *rig)
     chip_bind(&rig->state.chip, &rig->world);
 }
 
-/* Variables zero, main() up to its loop; the present period begins when this returns. The first carrier
- * period has no sample at its beginning; that is the next one's. After a failed initialisation the board
- * has no carrier, or that of an earlier program; simulated time continues nevertheless. */
+/* Sets the variables to zero and runs main() up to its loop; the present period begins when the function
+ * returns. The first carrier period has no sample at its beginning; the first sample is that of the next
+ * period. After a failed initialisation the board has no carrier, or that of an earlier program; simulated
+ * time continues nevertheless. */
 static void start_software(rig_t *rig)
 {
     rig_state_t *state = &rig->state;
@@ -45,7 +46,8 @@ static void start_software(rig_t *rig)
     const uint64_t first =
         (zero != CHIP_NEVER && zero > begin ? zero : chip_now(&state->chip)) + RIG_PERIOD_TICKS;
     state->start =
-        first - RIG_PERIOD_TICKS * state->period; /* of period 0, as if the carrier had never stopped */
+        first -
+        RIG_PERIOD_TICKS * state->period; /* begin of period 0, computed as if the carrier had not stopped */
     state->begun = state->period;
     state->background_next = first;
     chip_run(first);
@@ -146,7 +148,8 @@ void rig_pass(rig_t *rig, uint64_t until)
     chip_run(until);
 }
 
-/* The truth at the t_k of the present period; errors of angle are not known yet and stay. */
+/* Stores the true values at the t_k of the present period. The errors of angle are not known yet, and keep
+ * their values. */
 static void show_truth(rig_t *rig)
 {
     rig_truth_t *truth = &rig->state.truth;
@@ -156,8 +159,8 @@ static void show_truth(rig_t *rig)
     truth->theta_hat_err = last.theta_hat_err;
 }
 
-/* Runs up to `ticks` of the present period; the background runs after the interrupts. How many it had. Of the
- * plant alone it ends where a sample waits for the drive. */
+/* Runs up to `ticks` of the present period; the background runs after the interrupts. Returns the number of
+ * interrupts. A plant alone ends where a sample waits for the drive. */
 static uint32_t run_period(rig_t *rig, uint64_t ticks)
 {
     rig_state_t *state = &rig->state;
@@ -271,7 +274,7 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
 {
     if (count > RIG_TAP_MAX || every == 0u) {
         return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE,
-                          "a tap takes 1 to 160 rows and every 1st period or fewer");
+                          "a tap accepts 1 to 160 rows, and an interval of 1 period or more");
     }
     for (uint32_t n = 0; n < count; n++) {
         place_t place;
@@ -390,7 +393,7 @@ bool rig_flash_load(rig_t *rig, const uint8_t *octets, size_t size)
         if (!chip_flash_fill(&rig->state.chip, page, words)) {
             rig->state.chip = before;
             snprintf(text, sizeof text,
-                     "flash page %u has words behind word %u that are not all alike: accepted are erased "
+                     "flash page %u has different words after word %u: accepted are erased "
                      "ones there",
                      page, CHIP_FLASH_KEPT - 1u);
             return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
@@ -416,7 +419,8 @@ bool rig_load(rig_t *rig, const void *state, size_t size)
 {
     if (size != sizeof rig->state) {
         char text[sizeof rig->error];
-        snprintf(text, sizeof text, "state of %zu octets: this program's has %zu", size, sizeof rig->state);
+        snprintf(text, sizeof text, "the state has %zu octets: accepted are %zu, the size in this program",
+                 size, sizeof rig->state);
         return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
     }
     memcpy(&rig->state, state, sizeof rig->state);

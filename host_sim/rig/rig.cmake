@@ -18,4 +18,4 @@ target_link_libraries(lagless_rig PUBLIC lagless_app lagless_hal lagless_chip la
 target_compile_definitions(lagless_app PRIVATE
     drive_step=desk_drive_step drive_medium_step=desk_drive_medium_step
     drive_medium_took=desk_drive_medium_took)
-target_link_options(lagless_rig INTERFACE -Wl,-u,desk_drive_step) # the linker meets the rig before the app that asks for it
+target_link_options(lagless_rig INTERFACE -Wl,-u,desk_drive_step) # so that the linker reads the rig before the app, which needs it

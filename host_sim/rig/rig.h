@@ -137,7 +137,7 @@ double rig_value(rig_t *rig, const char *name);
 bool rig_put(rig_t *rig, const char *name, double value);
 
 /* Set the rotor's true motion: mechanical angle [rad] and speed [rad/s]. The encoder counter is set to the
- * new angle, as an alignment would, and sees no jump. */
+ * new angle, as by an alignment, so that it does not count the change. */
 void rig_set_motion(rig_t *rig, double theta_m, double omega_m);
 
 /* Message of the last refused call; "" if there is none. */

@@ -4,7 +4,7 @@
 #include "host_sim/rig/rig_parts.h"
 
 static __thread double timed_seconds; /* of the interrupts that this thread has timed */
-static __thread double timed_since;   /* [s] the clock, at the begin of a stretch of one */
+static __thread double timed_since;   /* [s] clock at the begin of a measured part of an interrupt */
 
 double rig_clock_seconds(void)
 {
@@ -45,8 +45,8 @@ static void timed(void *context, uint32_t vector, void (*function)(void))
     rig_timing_pause(context);
 }
 
-/* The time of two readings of the clock themselves. The least of many is used, because other work of the
- * machine makes single ones longer. */
+/* The time that two readings of the clock take. The smallest of many measurements is used, because other work
+ * of the machine makes some of them longer. */
 static double empty_reading(void)
 {
     double least = 1.0;
@@ -65,5 +65,5 @@ double rig_interrupt_seconds(rig_t *rig, uint32_t periods)
     rig->world.interrupt = timed;
     rig_run(rig, periods);
     rig->world.interrupt = NULL;
-    return timed_seconds / periods - 2.0 * empty; /* an interrupt is two stretches */
+    return timed_seconds / periods - 2.0 * empty; /* an interrupt consists of two measured parts */
 }

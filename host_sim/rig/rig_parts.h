@@ -14,7 +14,7 @@ typedef struct {
     const char *base; /* struct that holds the slot */
 } place_t;
 
-/* A replay under way (rig_replay.c). */
+/* A replay in progress (rig_replay.c). */
 typedef struct {
     bool on;
     const uint32_t *slots; /* of the record */
@@ -22,7 +22,7 @@ typedef struct {
     uint32_t event;          /* [-] number of the next one */
     drive_samples_t samples; /* of the coming interrupt */
     bool due;                /* that interrupt has handed a window over */
-    uint32_t done;           /* [windows] drive_t.done and opens when the medium task is seen to be done */
+    uint32_t done;           /* [windows] values for drive_t.done and opens when the medium task has ended */
     int32_t opens;
     uint32_t begin, periods, windows, tunings, requests;
     bool differs;
@@ -69,12 +69,13 @@ struct rig {
     uint32_t stop_hook_period;
     uint32_t error_id;
     int32_t error_reason;
-    double error_value, error_min, error_max; /* the last two out of order: no range */
+    double error_value, error_min,
+        error_max; /* accepted range; if the limits are in the wrong order there is none */
     char error[512];
 };
 
 /* rig.c */
-void rig_pass(rig_t *rig, uint64_t until); /* [ticks] time passes where software runs */
+void rig_pass(rig_t *rig, uint64_t until); /* [ticks] lets time pass while software runs */
 
 /* rig_values.c */
 bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text);

@@ -85,8 +85,8 @@ static const uint32_t *row_of(const rig_replay_t *replay, uint32_t period)
                : NULL;
 }
 
-/* Can a replay begin with this snapshot: complete, before the trigger, all samples and events since then
- * kept? */
+/* True if a replay can begin with this snapshot: it is complete and from before the trigger, and all samples
+ * and events since then are in the record. */
 static bool is_usable(const rig_replay_t *replay, uint32_t number)
 {
     const uint32_t *slots = snapshot(replay, number);
@@ -180,7 +180,7 @@ static void restore(rig_t *rig, const uint32_t *slots)
     capture_tuning_t history; /* the signals of the last periods, for a debugger */
     (void)capture_prepare(&signals_history, &signals_table, &history);
     capture_init(&to->drive.capture, &history);
-    to->drive.record.on = 1u; /* its checksum goes on */
+    to->drive.record.on = 1u; /* the checksum of the parameters continues to be checked */
     rig->state.period = to->drive.fast.period;
     replay->on = true;
     replay->begin = to->drive.fast.period;
@@ -290,7 +290,7 @@ static void change_after(rig_t *rig, uint32_t period)
     }
 }
 
-/* The medium task, at once; what it has found waits for the step that found it there. */
+/* Runs the medium task at once. Its results are passed to the same step as in the record. */
 static void run_medium(rig_t *rig)
 {
     drive_t *drive = &rig->state.app.drive;

@@ -12,7 +12,7 @@
 /* The rig whose chip and application run on this thread: for the interrupts, which get no argument. */
 static __thread rig_t *bound;
 
-/* ---- a line that does not use the chip; one octet per word, as in the HAL ---- */
+/* ---- a serial link that does not use the chip; one octet per word, as in the HAL ---- */
 
 static uint32_t line_read(uint16_t *octets, uint32_t room)
 {

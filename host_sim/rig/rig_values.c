@@ -213,7 +213,7 @@ static bool set_request(rig_t *rig, const table_row_t *row, double value)
     return app_request(&next, &why) || refuse_value(rig, &why);
 }
 
-/* The reason of a refused order may be a row of another table, or no value at all. */
+/* The row of a refusal by an order may be in another table, or there may be no such row. */
 static bool set_service(rig_t *rig, const table_row_t *row, double value)
 {
     services_t next = rig->state.app.services;
@@ -256,7 +256,8 @@ static bool set_plant(rig_t *rig, const table_row_t *row, double value)
         return refuse_in_favour(rig, row, REASON_CROSS_RULE, value, 0.0, 0.0,
                                 " (fidelity = averaged has no single switches; use switched)");
     }
-    plant_advance(&state->plant, chip_now(&state->chip)); /* until now the old values act */
+    plant_advance(&state->plant,
+                  chip_now(&state->chip)); /* the plant advances to the present tick with the old values */
     state->plant_values = next;
     plant_set_params(&state->plant, &params);
     rig_follow_fault_line(rig);
@@ -350,7 +351,7 @@ static bool set_condition(rig_t *rig, const table_row_t *row, double value)
         plant_set_metering(&state->plant, now->metering != 0);
     }
     if (row->offset == offsetof(rig_conditions_t, brake_torque)) {
-        plant_advance(&state->plant, chip_now(&state->chip)); /* until now another one was active */
+        plant_advance(&state->plant, chip_now(&state->chip)); /* another source was active until now */
         plant_set_brake(&state->plant, (double)now->brake_torque);
     }
     happen_once(rig, row);

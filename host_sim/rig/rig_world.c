@@ -13,7 +13,7 @@ static void tell_edge(rig_t *rig, uint64_t tick, rig_edge_t what, uint32_t value
     }
 }
 
-/* Trips of the modules as trips of the legs. */
+/* Converts trips of the ePWM modules to trips of the legs. */
 static uint32_t legs_tripped(uint32_t modules)
 {
     return (modules >> (legs[0] - 1u) & 1u) | (modules >> (legs[1] - 1u) & 1u) << 1 |

@@ -1,4 +1,4 @@
-/* A drive at the end of a line, for commissioning (host_sim/lab/commission_drive.h). */
+/* A drive at a serial link, for commissioning (host_sim/lab/commission_drive.h). */
 #ifndef HOST_SIM_SCOPE_COMMISSION_LINE_H
 #define HOST_SIM_SCOPE_COMMISSION_LINE_H
 

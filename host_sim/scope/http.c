@@ -282,7 +282,7 @@ void http_event(http_t *http, uint32_t client, const char *name, const char *dat
 
 /* ---- in ---- */
 
-/* Where the value of a header of the head begins, which ends with an empty line; NULL: it is not there. */
+/* The begin of the value of a header; the head ends with an empty line. NULL: there is no such header. */
 static const char *value_of(const char *head, const char *name)
 {
     const size_t length = strlen(name);
@@ -295,7 +295,8 @@ static const char *value_of(const char *head, const char *name)
     return NULL;
 }
 
-/* The value, copied without blanks around it. false: it is not there, or too long. */
+/* Copies the value of a header without blanks around it. false: the header is missing, or its value is too
+ * long. */
 static bool header(const char *head, const char *name, char *to, size_t size)
 {
     const char *value = value_of(head, name);
@@ -337,8 +338,8 @@ static bool is_own_page(const http_t *http, const char *head)
             (strcasecmp(site, "same-origin") == 0 || strcasecmp(site, "none") == 0));
 }
 
-/* Behind the token of the path; NULL: the path has no token, or another one. The time of the comparison does
- * not depend on the number of right characters.
+/* The part of the path after the token; NULL: the path has no token, or a wrong one. The time of the
+ * comparison does not depend on the number of right characters.
  */
 static const char *behind_token(const http_t *http, const char *path)
 {
@@ -370,7 +371,7 @@ static long body_length(const char *head)
     return text[0] >= '0' && text[0] <= '9' && *end == '\0' && length <= (long)HTTP_BODY_MAX ? length : -1;
 }
 
-/* A whole request, its head and body each with a 0 at their ends. */
+/* Handles a complete request; head and body end with a 0. */
 static void serve(http_t *http, uint32_t client, char *head, const char *body)
 {
     char mark[8], method[8], path[128], version[16];

@@ -45,7 +45,7 @@ struct scope {
     double next_frame, next_ask, next_tell, next_again; /* [s] */
     /* values */
     scope_values_t values;
-    double heard_at;                /* [s] when the last of them came */
+    double heard_at;                /* [s] arrival of the last of them */
     block_t blocks[SCOPE_ROWS_MAX]; /* those that change fast first */
     uint32_t block_count, fast_count;
     uint32_t next_fast, next_slow, asks;
@@ -61,7 +61,7 @@ struct scope {
     uint32_t slots[SAMPLES_MAX * SCOPE_SIGNALS];
     scope_capture_t capture;
     scope_commission_t commission;
-    double wake; /* [s] commissioning goes on then */
+    double wake; /* [s] time at which commissioning continues */
     const volatile sig_atomic_t *stop;
 };
 
@@ -335,7 +335,7 @@ static void tell_capture(scope_t *scope)
     }
 }
 
-/* One question at a time. */
+/* Only one question is pending at a time. */
 static void ask(scope_t *scope, double time)
 {
     if (scope->asking || scope->capture.asking) {
@@ -382,7 +382,9 @@ uint32_t scope_every(const char *target, uint32_t signals)
     if (!transport_parse(target, &parsed, why, sizeof why) || parsed.tcp) {
         return 1u;
     }
-    const double octets = 12.0 + 4.0 * signals; /* header, identification, stamp, tail; 10 bits each */
+    const double octets =
+        12.0 +
+        4.0 * signals; /* octets of header, identification, time stamp and tail; each octet has 10 bits */
     const double rate = LINE_SHARE * parsed.baud / (10.0 * octets);
     const double every = ceil(1.0 / (rate * RIG_PERIOD_SECONDS));
     return every < 1.0 ? 1u : every > 255.0 ? 255u : (uint32_t)every;
@@ -487,7 +489,7 @@ static bool set(scope_t *scope, const char *body, char *why, size_t size)
     }
     const bool is_enable = strcmp(name, "enable") == 0;
     if (is_enable && value == (double)table_choice(row, "on")) {
-        scope->started = true; /* even if the answer is lost */
+        scope->started = true; /* the motor counts as switched on even if the answer is lost */
     }
     bool good = set_row(scope, row, value, why, size);
     if (good && is_enable) {
@@ -513,7 +515,7 @@ static bool order(scope_t *scope, const char *name, char *why, size_t size)
         scope->values.known[n] = false;
     }
     if (good && strcmp(name, "restart") == 0) {
-        scope->lost = true; /* until it has come up again */
+        scope->lost = true; /* until the drive has started again */
         scope->next_again = now() + AGAIN;
     } else {
         (void)master_staged(scope->master, &scope->staged, &error);
@@ -605,7 +607,7 @@ static void handle_post(scope_t *scope, uint32_t client, const http_request_t *r
         good = scope_commission_answer(&scope->commission, request->body, why, sizeof why);
     } else if ((strcmp(request->path, "/set") == 0 || strcmp(request->path, "/order") == 0) &&
                (scope->commission.running || scope->commission.wanted)) {
-        snprintf(why, sizeof why, "commissioning is under way; STOP ends it");
+        snprintf(why, sizeof why, "commissioning is in progress; STOP ends it");
     } else if (strcmp(request->path, "/set") == 0) {
         good = set(scope, request->body, why, sizeof why);
     } else if (strcmp(request->path, "/order") == 0) {

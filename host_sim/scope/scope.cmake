@@ -1,4 +1,5 @@
-# The scope: a server for one page on this machine, and the page, whose parts become texts of the program.
+# The library of the scope: a server for one page on this machine, and the page, whose parts are compiled into the program as
+# texts.
 set(scope_texts)
 foreach(part html css js)
     set(file ${CMAKE_CURRENT_SOURCE_DIR}/scope/page/page.${part})

@@ -20,7 +20,7 @@ bool scope_commission_want(scope_commission_t *commission, const char *body, cha
     int may_turn = 0;
     int resume = 0;
     if (commission->wanted || commission->running) {
-        snprintf(why, size, "commissioning is under way already; STOP ends it");
+        snprintf(why, size, "commissioning is in progress already; STOP ends it");
         return false;
     }
     if (sscanf(body, "%lf %lf %lf %lf %d %d %255s", &plate.pole_pairs, &plate.current, &plate.speed, &link,
@@ -148,7 +148,7 @@ static void put_number(FILE *to, const char *name, double value)
     json_number(to, value);
 }
 
-/* The page runs all steps but the one for a rotor that is held. */
+/* The page offers all steps except the one for a rotor that is held. */
 static bool is_shown(commission_do_t step)
 {
     return step != COMMISSION_DO_angle;

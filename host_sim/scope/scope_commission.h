@@ -33,7 +33,7 @@ typedef struct {
     commission_question_t question;
     double answer; /* NAN: not known */
     commission_result_t result;
-    char refused[640]; /* by the board; "": not */
+    char refused[640]; /* refusal by the board; "": none */
 } scope_commission_t;
 
 /* "PAIRS CURRENT SPEED LINK FREE RESUME STEPS" in SI units: LINK 0 for not measured, FREE 1 if the shaft may
@@ -45,10 +45,10 @@ bool scope_commission_want(scope_commission_t *commission, const char *body, cha
  * reason. */
 bool scope_commission_answer(scope_commission_t *commission, const char *body, char *why, size_t size);
 
-/* Until the end. */
+/* Runs commissioning to its end. */
 void scope_commission_run(scope_commission_t *commission, master_t *master);
 
-/* All that a page shows of it, as JSON. */
+/* All data of commissioning for a page, as JSON. */
 void scope_commission_text(FILE *to, const scope_commission_t *commission);
 
 #endif

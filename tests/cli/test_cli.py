@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -295,7 +296,7 @@ class CommandLine(TestCase):
 
     def test_paper_prints_a_table_and_the_ideal_beside_the_real(self):
         done = lagless("paper", "fig12", cwd=self.folder, env=NO_PICTURES)
-        self.expect(0, done, "current on the wrong axis", "not reproduced\n", "because (14) counts",
+        self.expect(0, done, "current on the wrong axis", "not reproduced\n", "because the lag by (14)",
                     "report: report_fig12/index.html")
         self.assertEqual(["report_fig12"], os.listdir(self.folder))
         line, = (line for line in done.stdout.splitlines() if line.startswith("  i_d "))
@@ -439,6 +440,36 @@ class CommandLine(TestCase):
             self.expect(3, lagless("serve", self.scenario(), "--port", port), "port " + port, "in use")
             server.send_signal(number)
             self.assertEqual(0, server.wait(10), server.stderr.read())
+
+    def test_serve_reports_the_address_of_its_client(self):
+        server, place = self.serve(self.scenario(), "--port", "0")
+        with socket.create_connection(("127.0.0.1", int(place.rpartition(":")[2]))) as client:
+            port = client.getsockname()[1]
+            line = server.stderr.readline()
+        server.send_signal(signal.SIGTERM)
+        server.wait(10)
+        self.assertRegex(line, rf"^lagless serve: client connected from 127\.0\.0\.1:{port} at [\d.]+ s$")
+
+    def test_an_error_begins_with_program_and_command(self):
+        wrong = self.scenario(duration="1 parsec")
+        motor = self.write("motor.toml", "pole_pairs = 4\n")
+        for command in ("run", "serve", "fmu", "map", "commission"):
+            for of in ("no_such", "no_such.toml", wrong, motor):
+                with self.subTest(command=command, of=of):
+                    done = lagless(command, of)
+                    self.assertEqual((2, ""), (done.returncode, done.stdout))
+                    for line in done.stderr.splitlines():
+                        self.assertTrue(line.startswith(f"lagless {command}: "), line)
+        for of in ("no_such.toml", wrong, motor):
+            with self.subTest(command="paper", of=of):
+                for line in lagless("paper", of).stderr.splitlines():
+                    self.assertTrue(line.startswith("lagless paper: "), line)
+
+    def test_commands_report_the_file_that_they_write(self):
+        path = os.path.join(self.folder, "new.toml")
+        self.assertIn(f"the scenario is in {path}", lagless("tune", "teknic-m2310p-ln-04k", "--write", path).stderr)
+        self.assertIn(f"the measured motor is in {path}", lagless("commission", "cold_start", "--yes", "--steps", "board", "--write", path,
+                                                                  "--force").stderr)
 
     def test_serve_keeps_time_or_runs_free_and_ends_at_its_time(self):
         begun = time.monotonic()

@@ -376,7 +376,7 @@ class BrokenLines(Case):
             held.bind(("127.0.0.1", 0))
             result = connect(f"tcp://127.0.0.1:{held.getsockname()[1]}", "status\n")
         self.assertEqual(result.returncode, 3)
-        self.assertIn("no server listens there", result.stderr)
+        self.assertIn("no server listens at this address", result.stderr)
         self.assertIn("lagless serve", result.stderr)
 
     def test_second_client_gets_a_message_at_once(self):

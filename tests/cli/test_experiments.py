@@ -179,8 +179,8 @@ class Test(command_line.TestCase):
         self.assertEqual(0, done.returncode, done.stderr)
         self.assertEqual([("a", "low"), ("b", "low"), ("c", "low"), ("a", "high"), ("c", "high")],
                          [(run["name"], run["flavour"]) for run in json.loads(self.read("there/report.json"))["figures"][0]["runs"]])
-        self.refused(text + claim("none", "load.last", 9.0, more='at = {j = "b"}\n'), None, "nothing runs at b, high", "each = [...]")
-        self.refused(text + claim("none", "load.last@high", 9.0, more='each = "low"\nat = {j = "b"}\n'), "load.last@high", "nothing runs at these points")
+        self.refused(text + claim("none", "load.last", 9.0, more='at = {j = "b"}\n'), None, "there is no run at b, high", "each = [...]")
+        self.refused(text + claim("none", "load.last@high", 9.0, more='each = "low"\nat = {j = "b"}\n'), "load.last@high", "there is no run at these points")
 
     def test_seeds_are_a_sweep(self):
         measure = '[[measure]]\nname = "noise"\nsignal = "i_a"\n'
@@ -239,7 +239,7 @@ class Test(command_line.TestCase):
                           "reproduced in kind, because the source has no number"], [row["verdict"] for row in rows.values()])
         self.assertEqual([1.0, 1.0, 1.0, None], [row["paper"] for row in rows.values()])
         rows = self.rows(STANDING + claim("a", "2", 1.0), 1)
-        self.assertEqual("does not hold, because the number is another", rows["my.a.run"]["verdict"])
+        self.assertEqual("does not hold, because the number is different", rows["my.a.run"]["verdict"])
 
     def test_a_run_that_is_lost_supports_no_claim(self):
         lost = STANDING + '[[expect]]\nsignal = "plant.load_torque"\nstatistic = "max"\nat_most = "1 N m"\n'
@@ -321,7 +321,7 @@ class Test(command_line.TestCase):
                 (good.replace("number = 3", 'only = {j = "d"}'), "only = ", ("no point of the sweep", "a, b, c")),
                 (good.replace("number = 3", 'only = {k = "x"}').replace("[[sweep]]", '[[sweep]]\nname = "k"\n[[sweep.point]]\nname = "x"\nonly = {end = "high"}\n[[sweep]]', 1).replace(
                     "number = 5", 'only = {k = "y"}').replace('only = {end = "high"}\n', 'only = {end = "high"}\n[[sweep.point]]\nname = "y"\nonly = {end = "low"}\n'),
-                 "[[sweep]]", ("nothing runs: no points can be combined",)),
+                 "[[sweep]]", ("no points can be combined",)),
                 (good.replace('at = {j = "a"', 'each = "low"\nat = {j = "a"'), "each = ", ("[experiment] has no each",)),
                 (good.replace("[run]", '[experiment]\neach = "low"\n[run]').replace('at = {j = "a", end = "low"}', 'each = "high"\nat = {j = "a"}'), 'each = "high"',
                  ("no such name in [experiment] each",)),

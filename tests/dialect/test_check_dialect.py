@@ -134,10 +134,10 @@ TYPES = (
      2, "compiler", "shift-count-overflow", "UINT32_C()"),
     ("number too wide for its type", "hal/f28335/pwm.c",
      "int16_t low(int32_t x);\nint16_t low(int32_t x)\n{\n    return x;\n}\n",
-     4, "compiler", "onversion", "a cast that says it fits"),
+     4, "compiler", "onversion", "a cast if the value fits"),
     ("double literal", "firmware/drive/drive.c",
      "float half(void);\nfloat half(void)\n{\n    return (float)0.5;\n}\n",
-     4, "double", "literal 0.5", "an f behind it"),
+     4, "double", "literal 0.5", "put an f after it"),
     ("double behind a macro", "firmware/drive/drive.c",
      "#define PRECISE double\nextern const PRECISE one;\n",
      2, "double", "`one`", "float"),
@@ -172,7 +172,7 @@ TYPES = (
      4, "compiler", "-Wvla", "constant length"),
     ("address in the core", "firmware/math/angle.c",
      "uint16_t peek(void);\nuint16_t peek(void)\n{\n    return *(uint16_t *)0x7108u;\n}\n",
-     4, "register", "only hal/ touches registers", "hal.h"),
+     4, "register", "only hal/ accesses registers", "hal.h"),
     ("volatile data in the core", "firmware/math/angle.c",
      "extern volatile const uint16_t result;\n",
      1, "register", "`result` is volatile", "pass its value in"),
@@ -185,10 +185,10 @@ CALLS = (
     ("libm", "hal/f28335/pwm.c", "#include <math.h>\n" + INTERRUPT.format("wave", "hal_write((uint16_t)sinf(1.0f))"),
      5, "interrupt", "sinf of the C library in wave", "firmware/math"),
     ("libm in the floors below", "firmware/app/app.c", INTERRUPT.format("late_init", "drive_init(&state)"),
-     None, "interrupt", "sinf of the C library in late_init -> drive_init", "compute it in x_init"),
+     None, "interrupt", "sinf of the C library in late_init -> drive_init", "compute the value in x_init"),
     ("check", "hal/f28335/pwm.c",
      "void check_failed(const char *function, uint16_t line);\n" + INTERRUPT.format("doubt", 'check_failed("", 1u)'),
-     5, "interrupt", "check_failed of the C library in doubt", "CHECK it in x_init"),
+     5, "interrupt", "check_failed of the C library in doubt", "use CHECK in x_init"),
     ("copy by the library", "hal/f28335/pwm.c",
      "#include <string.h>\nextern float to, from;\n" + INTERRUPT.format("copy", "memcpy(&to, &from, sizeof to)"),
      6, "interrupt", "memcpy of the C library in copy", "math/float_bits.h"),
@@ -313,11 +313,11 @@ class CheckDialect(unittest.TestCase):
         self.assertEqual(run.returncode, 1)
         rows = [row for row in run.stdout.splitlines() if not row.startswith(("rule", "MISRA"))]
         self.assertEqual(len(rows), 3, run.stdout)
-        self.assertEqual(rows[0], f"hal/f28335/pwm.c:{before + 5}: misra: rule 14.4 in `if (x)`; mend it, or justify "
+        self.assertEqual(rows[0], f"hal/f28335/pwm.c:{before + 5}: misra: rule 14.4 in `if (x)`; correct it, or justify "
                                   "it in tools/target/misra.txt")
         self.assertTrue(rows[1].startswith(f"hal/f28335/pwm.c:{before + 6}: cppcheck: arrayIndexOutOfBounds"), rows[1])
-        self.assertEqual(rows[2], "tools/target/misra.txt:8: misra: rule 20.5 is justified for hal/*, where it finds "
-                                  "nothing; take the row out")
+        self.assertEqual(rows[2], "tools/target/misra.txt:8: misra: rule 20.5 is justified for hal/*, where cppcheck has "
+                                  "no such finding; remove the row")
 
     @unittest.skipUnless("Cppcheck 2.10" in CPPCHECK, f"MISRA is judged by cppcheck 2.10, not {CPPCHECK}")
     def test_cppcheck_uses_the_sizes_of_the_eabi(self):

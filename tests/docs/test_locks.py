@@ -9,6 +9,8 @@ requirements.txt. A new pin needs a new lock:
 """
 import pathlib
 import re
+import subprocess
+import tempfile
 import unittest
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
@@ -53,6 +55,18 @@ class Locks(unittest.TestCase):
                     self.assertRegex(rest, r"--hash=sha256:[0-9a-f]{64}\b")
             lines = [line for line in lock.splitlines() if line.strip() and not line.startswith((" ", "#"))]
             self.assertEqual(len(lines), len(locked), "a line of the lock that pins no version")
+
+    def test_uv_stores_the_modules_that_it_installs_in_compiled_form(self):
+        setup = (PROJECT / "tools/setup").read_text(encoding="utf-8")
+        install = re.search(r"^venv_install\(\) \{.*?^\}$", setup, re.MULTILINE | re.DOTALL).group()
+        with tempfile.TemporaryDirectory() as folder:
+            uv = pathlib.Path(folder, "build/venv/bin/uv")
+            uv.parent.mkdir(parents=True)
+            uv.write_text('#!/bin/sh\necho "$@"\n', encoding="utf-8")
+            uv.chmod(0o755)
+            done = subprocess.run(["sh", "-euc", f"{install}\nvenv_install tests/fmu/requirements.txt"], cwd=folder,
+                                  stdout=subprocess.PIPE, text=True, check=True)
+        self.assertIn("--compile-bytecode", done.stdout.split())
 
 
 if __name__ == "__main__":

@@ -111,7 +111,7 @@ FORBIDDEN_WORDS = (
     ("typedef struct { uint8_t x; } octet_t;", "`uint8_t`"),
     ("typedef struct { int8_t x; } octet_t;", "`int8_t`"),
     ("static void *f(void) { return malloc(1u); }", "`malloc`"),
-    ("static void f(int x) { assert(x); }", "`assert`: the library's console and abort; CHECK"),
+    ("static void f(int x) { assert(x); }", "`assert`: console and abort of the library; use CHECK"),
     ("void abort(void) { for (;;) { } }", "`abort`: the run-time library's", "firmware/app/app.c"),
     ("static void f(void) { exit(1); }", "`exit`"),
     ("static float f(float x) { return sinf (x); }", "`sinf`", "firmware/drive/drive.c"),

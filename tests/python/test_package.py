@@ -464,7 +464,7 @@ class Boards(unittest.TestCase):
                 slow.load(fast.save())
 
     def test_a_motor_that_does_not_suit_is_warned_of(self):
-        with self.assertWarnsRegex(UserWarning, "needs a link of 311 V, and board mosfet_48v_60a allows a trip of 70 V"):
+        with self.assertWarnsRegex(UserWarning, "needs a link of 311 V, and the largest trip of board mosfet_48v_60a is 70 V"):
             lagless.run({"title": "x", "motor": "liu-2019", "run": {"duration": "1 ms"}}, board="mosfet_48v_60a")
 
 

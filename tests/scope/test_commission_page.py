@@ -80,7 +80,7 @@ class Page(Bench):
         self.begins()
         self.wait("/ At most [0-9]+ s are left/.test(document.getElementById('commission_now').innerText)", "what is done to the motor")
         answer = self.run("return fetch('set', {method: 'POST', body: 'speed_request 10', headers: {'X-Lagless': '1'}}).then(a => a.json())")
-        expect(answer["text"], "commissioning is under way; STOP ends it", "another request")
+        expect(answer["text"], "commissioning is in progress; STOP ends it", "another request")
         self.shoot("commission_works")
 
     def stop_opens_the_bridge_in_a_step_and_keeps_what_was_measured(self):

@@ -74,12 +74,12 @@ BREACHES = (
     ("hal/f28335/codestart.asm", "LB      _c_int00", "NOP",
      "entry: watchdog_off does not end in the run-time library's start-up: LB _c_int00"),
     ("firmware/app/main.c", r" *hal_boot\(\);\n", "",
-     "firmware/app/main.c:7: copy: main does not call hal_boot: what runs from RAM"),
+     "firmware/app/main.c:7: copy: main does not call hal_boot: the code for RAM"),
     ("firmware/app/main.c", r"    hal_boot\(\);\n", "    app_start();\n    hal_boot();\n",
-     "copy: main calls app_start before hal_boot, which brings the code to RAM"),
+     "copy: main calls app_start before hal_boot, which copies the code to RAM"),
     (FLASH, r"LOAD_SIZE\(ramfunc_load_size\), ", "",
      "copy: section .TI.ramfunc has no LOAD_SIZE symbol for the start-up to copy it by"),
-    (FLASH, r", RUN_SIZE\(stack_size\)", "", "stack: section .stack has no RUN_SIZE symbol for the look at its end"),
+    (FLASH, r", RUN_SIZE\(stack_size\)", "", "stack: section .stack has no RUN_SIZE symbol, which the check of the end of the stack needs"),
     (FLASH, "ramfunc_run_start", "ramfunc_start",
      "copy: hal_boot does not use ramfunc_start, the RUN_START symbol of linker/f28335_flash.cmd"),
     (FLASH, r"\.const        : > FLASH_H_D", ".const        : LOAD = FLASH_H_D, RUN = L4_L7",
@@ -89,13 +89,13 @@ BREACHES = (
      "the sample interrupt calls params_check, whose folder runs less often: app_interrupt -> params_check"),
     ("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern float sinf(float);\n    "
      "app->drive.fast.period = (uint32_t)sinf((float)app->drive.fast.period);\n    drive_trip(&app->drive);\n", "firmware/app/app.c:",
-     "calls: sinf is the library's and stays in flash: app_trip -> sinf"),
+     "calls: sinf belongs to the library and stays in flash: app_trip -> sinf"),
     ("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n",
      "    void (*volatile trip)(drive_t *) = drive_trip;\n    trip(&app->drive);\n",
      "calls: a call through a pointer cannot be followed: app_trip -> __indirect_call"),
     ("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern void *memcpy(void *, const void *, "
      "unsigned long);\n    memcpy(&app->staged, &app->drive, 2);\n    drive_trip(&app->drive);\n", "firmware/app/app.c:",
-     "memcpy is the library's and stays in flash: app_trip -> memcpy"),
+     "memcpy belongs to the library and stays in flash: app_trip -> memcpy"),
     ("hal/f28335/codestart.asm", r"\.ref    _c_int00", ".ref    _c_int00, nobody", 'hal/f28335/codestart.asm:',
      'unresolved symbol "nobody"'),
     ("hal/f28335/wait.c", r"uint32_t turn;", "uint32_t turn", "hal/f28335/wait.c: ", "gives no call graph"),
@@ -111,25 +111,25 @@ ADDED = (
     ("firmware/app/main.c", "void __TI_zero_init_nomemset(void) {}\n", None, "<copy_zero_init.c.obj>, which every program links"),
     ("firmware/app/main.c", "void code_start(void) {}\n", None, 'symbol "code_start" redefined: first defined in firmware/app/main.c'),
     ("hal/f28335/board.c", "uint16_t _stack;\n", 0, 'names: error #10056: symbol "_stack" redefined', "<boot28.asm.obj>"),
-    ("hal/f28335/board.c", "void printf(void) {}\n", 0, "names: printf is a name of the library's"),
+    ("hal/f28335/board.c", "void printf(void) {}\n", 0, "names: printf is a name of the library"),
     ("hal/f28335/board.c", "extern void nobody(void);\nvoid f(void) { nobody(); }\n", 0,
      'names: error #10234: unresolved symbol "nobody": it is not in our sources, not in linker/f28335_flash.cmd'),
     ("hal/f28335/boot.c", "extern const uint16_t stack_end[];\nuint16_t f(void) { return stack_end[0]; }\n", None,
      'unresolved symbol "stack_end"', "not in linker/f28335_flash.cmd"),
     ("hal/f28335/board.c", "void *malloc(unsigned);\nvoid *f(void) { return malloc(2u); }\n", None,
-     "names: malloc brings in the heap of the library, which this image has not"),
+     "names: malloc needs the heap of the library, which this image does not have"),
     ("hal/f28335/board.c", "int printf(const char *, ...);\nvoid f(int n) { printf(\"%d\", n); }\n", None,
-     "names: printf brings in the console of the library, which this image has not"),
+     "names: printf needs the console of the library, which this image does not have"),
     ("hal/f28335/board.c", "#include <assert.h>\nvoid f(int n) { assert(n); }\n", None,
      "names: __assert_fail brings in the console of the library"),
 )
 
 # A function that is collected for RAM although it was not before, or vice versa, and the report.
 MOVED = (
-    ("hal_boot", True, "hal/f28335/boot.c:", "copy: runs from RAM before it is there: hal_boot"),
-    ("flash_program", True, "hal/f28335/flash.c:", "overlay: runs from RAM while the flash API is in its place: flash_program"),
-    ("hal_store_erase", True, "hal/f28335/store.c:", "overlay: runs from RAM while the flash API is in its place"),
-    ("bus_copy_code", True, "hal/f28335/boot.c:", "overlay: runs from RAM while the flash API is in its place"),
+    ("hal_boot", True, "hal/f28335/boot.c:", "copy: runs from RAM before its code has been copied there: hal_boot"),
+    ("flash_program", True, "hal/f28335/flash.c:", "overlay: runs from RAM while the flash API has replaced its code: flash_program"),
+    ("hal_store_erase", True, "hal/f28335/store.c:", "overlay: runs from RAM while the flash API has replaced its code"),
+    ("bus_copy_code", True, "hal/f28335/boot.c:", "overlay: runs from RAM while the flash API has replaced its code"),
     ("drive_step", False, "firmware/drive/drive.c:",
      "drive_step stays in flash, linker/f28335_flash.cmd does not collect it for RAM: app_interrupt -> drive_step"),
     ("set_flash_waits", False, "hal/f28335/clock.c:", "set_flash_waits stays in flash"),
@@ -192,7 +192,7 @@ class CheckLinker(unittest.TestCase):
         self.assertEqual(status, 0, told)
         self.assertRegex(told, r"^linker/f28335_flash.cmd: fits the chip; \d{3} functions of \d\d "
                          r"sources must run from RAM, and do; \d{2,3} of the interrupt's stay in flash, by linker/interrupt_in_flash.txt"
-                         r"\nevery name is there once; of the library: _c_int00, ")
+                         r"\nevery name is defined once; used from the library: _c_int00, ")
 
     def test_the_program_itself_asks_for_the_command_lines(self):
         told = run(sys.executable, "-B", ROOT / "tools/check-linker")

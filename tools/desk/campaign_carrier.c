@@ -1,8 +1,8 @@
-/* `lagless campaign` on the board of the libraries that it is linked with, for carriers without a program of
- * their own.
+/* Runs `lagless campaign` on the board of the libraries that it is linked with, for carriers for which there
+ *is no separate `lagless` program.
  *
- * usage: campaign_carrier campaign --seed S --runs N --json --as-drawn     in this order, as
- * tools/judge-campaign writes it
+ * usage: campaign_carrier campaign --seed S --runs N --json --as-drawn in the order in which
+ * tools/judge-campaign writes the options
  *
  * Exit status as of `lagless campaign`: 0 all held, 1 violated, 2 wrong use. */
 #include <inttypes.h>
@@ -16,7 +16,7 @@
 /* No scenario of a campaign names a board's file: tune_scenario.c, which reads them, finds none. */
 const board_facts_t *const board_facts[] = {NULL};
 
-/* Reads a whole number from 1 to `most`; 0: the text is none. */
+/* Reads a whole number from 1 to `most`; 0: the text is no such number. */
 static uint64_t number(const char *word, uint64_t most)
 {
     char *end = NULL;

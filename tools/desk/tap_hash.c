@@ -3,14 +3,16 @@
  * and value of every gate edge and trip. For tools/same-bits.
  *
  * usage: tap_hash FILE.toml [NAME=VALUE...]
- * 0 it ran to its end, whatever its verdicts; 2 the file or an override is wrong; 3 the run was refused */
+ * Exit status: 0 the scenario ran to its end, also if an expectation failed; 2 the file or an override is
+ * wrong; 3 the run was refused */
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "host_sim/lab/runner.h"
 
-/* A run taps this number of rows: the other places of the tap are for the expectations of the scenario. */
+/* Number of rows that one run records; the remaining places of the tap are for the expectations of the
+#scenario. */
 #define ROWS_A_RUN 32u
 #define ROWS_MAX   256u
 
@@ -39,7 +41,8 @@ static void on_sample(void *context, uint32_t period, const uint32_t *slots, uin
     }
 }
 
-/* What the motor gets. The times of interrupts are not included, because they are not values of the drive. */
+/* The edges that the motor receives. The times of interrupts are not included, because they are not values of
+ * the drive. */
 static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 {
     hashes_t *hashes = context;

@@ -1,8 +1,7 @@
 """The commands: moving in simulated time, and displaying the state.
 
-The ring is deterministic: going back is running the program again from its start, with LAGLESS_STOP=PERIOD in its
-environment; the program then calls rig_stop_at() before that period, and from there it is a few microseconds to the
-interrupt. Loaded by lagless.py."""
+The simulation is deterministic. To go back, the commands run the program again from its start, with LAGLESS_STOP=PERIOD in its environment.
+The program then calls rig_stop_at() before that period; the interrupt follows a few microseconds later. Loaded by lagless.py."""
 import functools
 import os
 import re
@@ -15,10 +14,10 @@ import lagless_time as time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 INTERRUPT = "app_interrupt"  # the sample interrupt
-NO_RIG = (gdb.error, gdb.GdbError)  # the exceptions of reading the rig before it exists
+NO_RIG = (gdb.error, gdb.GdbError)  # the exceptions when the rig is read before it exists
 
 
-# ---- The ring in the program's memory ---------------------------------------------------------------------------------
+# ---- The simulation in the memory of the program ---------------------------------------------------------------------------------
 
 
 def program_lives():
@@ -42,7 +41,7 @@ def current_rig():
     try:
         app = show.global_value("app")
         if int(app) == 0:
-            raise gdb.GdbError("there is no rig yet: the program has not come that far; 'period 0' goes there")
+            raise gdb.GdbError("there is no rig yet, because the program has not made it; 'period 0' goes to its first interrupt")
         rig = gdb.lookup_type("struct rig")
         address = int(app) - offset_of(rig, "state", "app")
         return gdb.Value(address).cast(rig.pointer())
@@ -71,7 +70,7 @@ def place_text():
     ticks = period_ticks()
     period = int(state["period"])
     if int(state["start"]) == 0:
-        return "before period 0: the board starts up"
+        return "before period 0, while the board starts"
     # of a replay, period 0 lies before the start of the clock
     after = (int(state["chip"]["tick"]) - int(state["start"]) - period * ticks + 2**63) % 2**64 - 2**63
     sign, length = "+" if after >= 0 else "-", float(abs(after) * time.TICK * 10**6)
@@ -80,7 +79,7 @@ def place_text():
 
 # ---- Travelling ---------------------------------------------------------------------------------------------------------
 
-DRIVE_SOURCES = re.compile(r"/firmware/(drive|fast|medium)/")  # the two tasks and what joins them
+DRIVE_SOURCES = re.compile(r"/firmware/(drive|fast|medium)/")  # the two tasks and the functions that connect them
 
 
 class Entry(gdb.Breakpoint):
@@ -90,7 +89,7 @@ class Entry(gdb.Breakpoint):
     def __init__(self):
         super().__init__(function=INTERRUPT, internal=True)
         self.enabled = False
-        self.silent = True  # the commands tell where
+        self.silent = True  # the commands print the position
         self.hit = False
         self.pc = None
 
@@ -119,7 +118,7 @@ class Gate(gdb.Breakpoint):
 
 
 class Freed(gdb.Breakpoint):
-    """A rig is freed: stores its number of periods. Those that only judge a scenario have none."""
+    """A rig is freed: stores its number of periods. A rig that only checks a scenario has no periods."""
 
     def __init__(self):
         super().__init__(function="rig_free", internal=True)
@@ -204,7 +203,8 @@ def disarm():
 
 
 def on_stop(_):
-    """After every stop. A stop for which no command of this file waits, because the program was started with LAGLESS_STOP by hand."""
+    """gdb calls this after every stop. It handles a stop for which no command of this file waits, because the user started the program with
+    LAGLESS_STOP."""
     armed = entry.enabled
     disarm()
     if armed and entry_hit() and not travelling:
@@ -293,7 +293,7 @@ def go_on(stop_before, again):
             "take build/debug/lagless"
         )
     travelling = True
-    entry.enabled = False  # it is still enabled if the last program ended between gate and entry
+    entry.enabled = False  # The breakpoint is still enabled if the last program ended between the gate and the first line of the interrupt.
     for breakpoint in (entry, gate, fault, begun):
         breakpoint.hit = False
     freed.periods = 0
@@ -340,7 +340,7 @@ def at_entry_of(period):
 
 
 def go_to(period):
-    """To the first line of the interrupt of this period, forwards or, by running the program again, backwards."""
+    """Goes to the first line of the interrupt of this period; to go back, it runs the program again."""
     again = True
     if program_lives():
         try:
@@ -360,7 +360,7 @@ def go_to(period):
             )
         raise gdb.GdbError(
             f"the program ended before period {period} "
-            "(if it has that many, it may not use LAGLESS_STOP as 'lagless run' does)"
+            "(if it has more periods than that, it does not use LAGLESS_STOP as 'lagless run' does)"
         )
     if not entry_hit():
         stopped_on_the_way()
@@ -491,7 +491,8 @@ that is not running is started."""
 
     @staticmethod
     def leave_drive():
-        """From where the fault is found to where the drive has latched it and returns to its caller in app."""
+        """Continues from the place where the fault is detected to the place where the drive has latched it and returns to its caller in
+        app."""
         names = []
         outermost = frame = gdb.newest_frame()
         while frame is not None and "/app/" not in file_of(frame):
@@ -566,7 +567,7 @@ Usage: why
 For a fault, also print the last periods before it that the drive has stored; the last one is that of the fault."""
 
     name = "why"
-    PERIODS = 8  # shown of the history
+    PERIODS = 8  # periods of the history that are printed
 
     @one_line_errors
     def invoke(self, argument):
@@ -601,12 +602,12 @@ For a fault, also print the last periods before it that the drive has stored; th
 
     @staticmethod
     def tell_log(log, latched):
-        """Earlier faults, newest first, from the drive's log. Returns True if there were some."""
+        """Prints earlier faults from the drive's log, the newest first. Returns True if there are any."""
         count, kept = int(log["count"]), log["faults"].type.range()[1] + 1
         newest = count - (1 if latched else 0)
         for number in range(newest - 1, max(-1, count - kept - 1), -1):
             fault = log["faults"][number % kept]
-            if int(fault["reason"]) == 0:  # a replay has only their number
+            if int(fault["reason"]) == 0:  # a replay has only the number of the faults
                 continue
             gdb.write(f"earlier: {show.reason_name(fault['reason'])} at {time.seconds(int(fault['period']), period_ticks())}, "
                       f"in {show.choice('signals_table', 'manoeuvre', fault['manoeuvre'])}\n")
@@ -619,7 +620,7 @@ For a fault, also print the last periods before it that the drive has stored; th
 
     @staticmethod
     def tell_misuse(chip):
-        """The last wrong use of the chip that it noticed, if there was one."""
+        """Prints the last wrong use of the chip that the simulation has detected, if there is one."""
         total = int(chip["report_total"])
         if total == 0:
             return False
@@ -635,7 +636,7 @@ For a fault, also print the last periods before it that the drive has stored; th
 
     @classmethod
     def tell_history(cls, capture):
-        """The newest periods that the drive's capture has kept (contract/capture.h)."""
+        """Prints the newest periods that the capture of the drive has stored (contract/capture.h)."""
         tuning, slots, kept = capture["tuning"], capture["slots"], show.captured(capture)
         columns, width, ring = (int(tuning[name]) for name in ("columns", "width", "ring"))
         count = min(kept, cls.PERIODS)
@@ -660,8 +661,8 @@ class Drive(Command):
     """Show the drive: state, references, currents, voltages, angle, with units.
 Usage: drive
 
-On the interrupt's first line this is what the period before left; drive_step() has not run yet. `print app->drive` shows
-every field."""
+At the first line of the interrupt these are the values of the previous period, because drive_step() has not run yet. `print app->drive`
+shows every field."""
 
     name = "drive"
 
@@ -868,11 +869,11 @@ While gdb holds the program, simulated time stops."""
 
 
 class RigHash(Command):
-    """Hash of the ring's whole state (chip, plant, drive, generators): equal states of one program, equal hashes.
+    """Print a hash of the whole state of the simulation (chip, plant, drive, generators). Equal states of one program have equal hashes.
 Usage: rig-hash
 
-The law is that of rig_hash(), FNV-1a over the octets without the PIE vectors. It is computed here from the memory of the program: a call
-into the program needs gdb to write all of the processor's registers, which some processors with their versions of gdb refuse."""
+The hash is that of rig_hash(), FNV-1a over the octets without the PIE vectors. gdb computes it from the memory of the program, because a
+function call in the program would write all registers of the processor, which some versions of gdb cannot do on some processors."""
 
     name = "rig-hash"
 

@@ -26,7 +26,7 @@ def text_at(pointer):
 
 
 def global_value(name):
-    """A global variable of the program, also if a local variable hides it."""
+    """Returns a global variable of the program, also if a local variable hides it."""
     symbol = gdb.lookup_global_symbol(name)
     if symbol is None:
         raise gdb.GdbError(f"this program has no '{name}': take a lagless that was built with debug information")
@@ -39,7 +39,7 @@ def table_rows(table):
     return [value["rows"][n] for n in range(int(value["count"]))]
 
 
-known_choices = {}  # kept, because gdb cannot read the texts of a program that has ended
+known_choices = {}  # stored here, because gdb cannot read the texts of a program that has ended
 
 
 def choices(table, row_name):
@@ -64,7 +64,7 @@ def reason_row(value):
     """(name, text, remedy) of a reason number."""
     try:
         reasons = global_value("reasons")
-        count = int(global_value("reasons_count"))  # the declaration in the header has no length
+        count = int(global_value("reasons_count"))  # The declaration in the header has no length.
     except (gdb.error, gdb.GdbError):  # the linker removes tables that a program does not use
         return f"reason {int(value)}", "this program does not contain the table of reasons", "see settings/reasons.h"
     for n in range(count):

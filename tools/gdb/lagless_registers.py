@@ -1,5 +1,5 @@
-"""Bit fields of the F28335's registers that hal/f28335/registers.h declares: where they lie and what their values mean.
-Field names are those of registers.h where it has one, else TI's (SPRUFB0, SPRUG04, SPRU812, SPRUG05, SPRUFZ5).
+"""Bit fields of the F28335's registers that hal/f28335/registers.h declares: their positions and the meaning of their
+values. Field names are those of registers.h where it has one, else TI's (SPRUFB0, SPRUG04, SPRU812, SPRUG05, SPRUFZ5).
 
 A field is (name, lowest bit, width, meanings); meanings are the names of the values from 0 up, "a|b|c", or a function that
 makes the name of a value, or None."""
@@ -234,7 +234,8 @@ for group in range(1, 13):
     names = GROUPS.get(group, " ".join(f"INT{group}.{n}" for n in range(1, 9)))
     PIE[f"PIE{group}.IER"] = PIE[f"PIE{group}.IFR"] = bits(names)
 
-# The function of a pin when its two bits in MUX1/MUX2 are 1, 2, 3 ("?": TI's table has more than this drive needs).
+# The functions of a pin for the values 1, 2 and 3 of its two bits in MUX1/MUX2 ("?": a function of TI's table that this
+# drive does not use).
 PIN_FUNCTIONS = {n: f"EPWM{n // 2 + 1}{'AB'[n % 2]}|?|?" for n in range(12)}
 PIN_FUNCTIONS.update({12: "TZ1|?|?", 13: "TZ2|?|?", 14: "TZ3|?|?", 15: "TZ4|?|?", 16: "?|?|TZ5", 17: "?|?|TZ6"})
 PIN_FUNCTIONS.update({20: "EQEP1A|?|?", 21: "EQEP1B|?|?", 22: "EQEP1S|?|?", 23: "EQEP1I|?|?"})
@@ -269,7 +270,7 @@ def fields_of(block, register):
 
 
 def decode(fields, value):
-    """[(field, its value, what that means or "")], and the bits that are set but belong to no field."""
+    """[(field, value, meaning or "")], and the set bits that belong to no field."""
     rest = value
     result = []
     for field in fields:
@@ -287,7 +288,7 @@ def decode(fields, value):
 
 
 def summary(fields, value):
-    """One line: fields that are not 0, and those whose 0 has a name."""
+    """One line with the fields that are not 0, and those whose value 0 has a name."""
     decoded, rest = decode(fields, value)
     parts = []
     for (name, _, width, meanings), number, meaning in decoded:

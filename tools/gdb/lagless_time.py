@@ -29,14 +29,14 @@ def period_of_time(text, ticks):
 
 
 def period_number(text):
-    """A period's number, as text."""
+    """The number of a period, read from a text."""
     if not re.fullmatch(r"[0-9]+", text) or int(text) > LAST_PERIOD:
         raise ValueError(f"'{text}' is no period: a whole number from 0 to {LAST_PERIOD}")
     return int(text)
 
 
 def decimals(ticks):
-    """The least number of digits that represents each period exactly; 9 if there is none."""
+    """The smallest number of decimals that represents the begin of each period exactly; 9 if there is none."""
     return next((count for count in range(1, 9) if (ticks * TICK * 10**count).denominator == 1), 9)
 
 

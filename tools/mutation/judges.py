@@ -1,5 +1,5 @@
-"""The programs that judge a mutant, for tools/mutate: a private copy of the tree, built once; the objects and the run time of each program;
-and a program linked again with the objects that a mutant changes.
+"""The programs that judge a mutant, for tools/mutate: makes a private copy of the tree, builds it once, reads the objects and the run time of
+each program, and links a program again with the objects that a mutant changes.
 """
 import collections
 import hashlib
@@ -14,7 +14,7 @@ import subprocess
 import threading
 
 LABELS, NOT_LABELS = {"unit", "hal", "fixed", "rig"}, {"long", "grid", "board"}
-COMPILE, LINK = 0.2, 0.1  # [s] of a processor, about: for the order of the programs and the budget of a mutant
+COMPILE, LINK = 0.2, 0.1  # [s] of a processor, roughly; determines the order of the programs and the budget of a mutant
 BUILT = ("firmware", "hal", "host_sim", "tests", "cmake", "CMakeLists.txt")
 OPTIONS = ("-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_C_FLAGS_DEBUG=-O2", "-DCMAKE_CXX_FLAGS_DEBUG=-O2")  # objects without debug information
 LARGEST_OUTPUT = 20000  # [blocks of 512 octets] of a program
@@ -26,11 +26,11 @@ Done = collections.namedtuple("Done", "state text seconds")  # passed, failed, t
 
 
 class Broken(Exception):
-    """An error without a verdict: the tree does not build, or a test fails without a mutant."""
+    """Raised if no verdict is possible: the tree does not build, or a test fails without a mutant."""
 
 
 def ran(command, folder, log=None):
-    """What it prints; Broken where it fails."""
+    """The output of a command; raises Broken if it fails."""
     done = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     if log is not None:
         log.write_text(done.stdout, encoding="utf-8")
@@ -59,7 +59,7 @@ class Bench:
     # ---- once ----
 
     def copy_tree(self):
-        """The files that git tracks, as they are now; returns their hash. Files that are the same keep their time."""
+        """Copies the present state of the files that git tracks, and returns their hash. Unchanged files keep their time stamp."""
         listed = ran(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], self.source).split("\0")
         names = sorted(name for name in listed if name and (self.source / name).is_file())
         sum_ = hashlib.sha256()
@@ -78,7 +78,7 @@ class Bench:
         return sum_.hexdigest()[:16]
 
     def make(self, jobs):
-        """Configures, builds the programs, and reads what each is linked of."""
+        """Configures, builds the programs, and reads the objects of each program."""
         self.folder.mkdir(parents=True, exist_ok=True)
         self.hash = self.copy_tree()
         launcher = []
@@ -86,10 +86,10 @@ class Bench:
             launcher = ["-DCMAKE_C_COMPILER_LAUNCHER=ccache", "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"]
         oracle = self.source / "build/host/tests/oracle/liblagless_oracle.a"
         if oracle.exists():
-            launcher.append(f"-DLAGLESS_ORACLE={oracle}")  # saves most of a minute
+            launcher.append(f"-DLAGLESS_ORACLE={oracle}")  # saves almost a minute
         configure = ["cmake", "-S", str(self.tree), "-B", str(self.build), "-G", "Ninja", *OPTIONS, *launcher]
         made, as_made = self.folder / "made", " ".join([self.hash, *configure])
-        is_made = made.exists() and made.read_text(encoding="utf-8") == as_made  # of these files, by the same command
+        is_made = made.exists() and made.read_text(encoding="utf-8") == as_made  # the programs of these files, linked by the same command
         if not is_made:
             made.unlink(missing_ok=True)
             ran(configure, self.folder, self.folder / "configure.log")
@@ -177,13 +177,15 @@ class Bench:
         return {made for made, files in self.made_of.items() if file in files and made in self.compile}
 
     def judges(self, file, first=""):
-        """Programs linked with an object of the file, the likeliest to kill its mutants first, before all the one named `first`."""
+        """Programs that contain an object of the file. The one named `first` comes first; the others follow in the order of the probability that
+        they kill its mutants."""
         if file not in self.judges_of:
             self.judges_of[file] = self.ordered(file)
         return sorted(self.judges_of[file], key=lambda program: program.name != first)
 
     def ordered(self, file):
-        """First the programs with the file's name, then by cost, those that include its header with a quarter of theirs."""
+        """A key for sorting: first the programs with the name of the file, then by cost, of which programs that include its header get a
+        quarter."""
         reached = self.reached(file)
         path = pathlib.PurePath(file)
         own = [header for header in (self.tree / path.parent).glob("*.h") if path.stem.startswith(header.stem)]
@@ -205,10 +207,10 @@ class Mutant:
         shutil.rmtree(folder, ignore_errors=True)
         (folder / file).parent.mkdir(parents=True)
         (folder / file).write_text(text, encoding="utf-8")
-        self.objects = {}  # of the build -> ours
+        self.objects = {}  # object of the build -> object of the mutant
 
     def compile(self, made):
-        """The object anew; None if it does not compile."""
+        """Compiles the object again; None if it does not compile."""
         if made not in self.objects:
             words = list(self.bench.compile[made])
             ours = self.folder / f"{len(self.objects)}.o"
@@ -238,7 +240,7 @@ class Mutant:
         return program.cost + LINK + COMPILE * len(to_do)
 
     def judged_by(self, program):
-        """Done, or None if it does not compile."""
+        """The result of the program, or None if the mutant does not compile."""
         ours = {made: self.compile(made) for made in sorted(program.objects & self.bench.reached(self.file))}
         if None in ours.values():
             return None
@@ -246,7 +248,8 @@ class Mutant:
         linked = self.folder / "program"
         words[words.index("-o") + 1] = str(linked)
         first = next(n for n, word in enumerate(words) if word.endswith(".o"))
-        words[first:first] = [str(made) for made in ours.values()]  # before the library, whose object is then not linked
+        # The object stands before the library, so that the linker does not take the object of the library.
+        words[first:first] = [str(made) for made in ours.values()]
         ran(words, self.bench.build)
         return run([str(linked), *program.command[1:]], self.folder / "run", 5.0 * program.cost + 1.0)
 
@@ -276,7 +279,7 @@ def run(command, folder, seconds):
 
 
 def in_threads(work, items, jobs):
-    """Each item's work, `jobs` at a time, in their order; the first exception ends it."""
+    """The results of the work for each item, in their order, `jobs` items at a time; the first exception ends the work."""
     waiting, lock, wrong = list(items)[::-1], threading.Lock(), []
 
     def worker():

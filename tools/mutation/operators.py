@@ -1,8 +1,8 @@
 """The mutation operators of tools/mutate: each replaces a part of one line of C.
 
 They work on tokens, outside comments, strings and directives other than #define. universalmutator 1.14.1 was tried first: it skips each
-line on which a comment begins, among them 18 of 47 configured constants in a sample of 30 files; its rules are for text and cut names,
-so that uint32_t becomes uint(32+1)_t, and 20 of 40 of its mutants did not compile. 2 of the first 307 mutants of these operators did not.
+line on which a comment begins, among them 18 of 47 configured constants in a sample of 30 files; its rules change parts of names, so that
+uint32_t becomes uint(32+1)_t, and 20 of 40 of its mutants did not compile. Of the first 307 mutants of these operators 2 did not compile.
 """
 import collections
 import re
@@ -29,7 +29,7 @@ BITS = {"&": ("|",), "|": ("&",), "^": ("|",), "<<": (">>",), ">>": ("<<",), "&=
 NAMES = {"true": "false", "false": "true", "break": "continue", "continue": "break"}
 MEMBERS = {one: other for pair in (("d", "q"), ("a", "b"), ("alpha", "beta"), ("sin", "cos"), ("min", "max"), ("largest", "smallest"))
            for one, other in (pair, pair[::-1])}
-LIMITS = ("bounds_clamp", "bounds_magnitude", "fabsf", "fminf", "fmaxf")  # left out, the first argument stays
+LIMITS = ("bounds_clamp", "bounds_magnitude", "fabsf", "fminf", "fmaxf")  # calls that are replaced by their first argument
 
 KEYWORDS = set("auto case const default do else enum extern for goto if inline register return sizeof static struct switch typedef union "
                "volatile while _Static_assert static_assert".split())
@@ -38,14 +38,14 @@ DECLARED_ARRAY = re.compile(r"^\s*(?:(?:const|static|extern)\s+)*(?:struct\s+)?(
 
 
 def bare(text):
-    """The source without its comments, each line where it was."""
+    """The source without its comments; each line keeps its number."""
     def blank(match):
         return re.sub(r"[^\n]", " ", match.group()) if match.lastgroup == "comment" else match.group()
     return TOKEN.sub(blank, text)
 
 
 def plain(line):
-    """A line of source without indentation and alignment; by it a mutant is found in a later tree."""
+    """A line of source without indentation and alignment, by which a mutant is found in a later state of the tree."""
     return re.sub(r'"(?:\\.|[^"\\])*"|\s+', lambda match: match.group() if match.group()[0] == '"' else " ", line).strip()
 
 
@@ -65,7 +65,7 @@ def tokens_of(text):
 
 
 def number_changes(text):
-    """Whole numbers: one more, one less. Others: twice and half, for 0 another."""
+    """The replacements of a number: plus and minus one for a whole number; for others twice and half of it, or another number for 0."""
     digits, suffix = re.fullmatch(r"(0[xX][0-9a-fA-F]+|[\d.]+(?:[eE][+-]?\d+)?)([fFuUlL]*)", text).groups()
     if re.fullmatch(r"0[xX].*", digits):
         return [f"{value:#x}{suffix}" for value in (int(digits, 16) + 1, int(digits, 16) - 1) if value >= 0]
@@ -169,7 +169,7 @@ class Source:
                 self.add("limit", token.start, self.tokens[end].end, f"({self.text[self.tokens[n + 1].end:stop]})")
 
     def of_statement(self, n, token):
-        """A statement that begins and ends on this line, no declaration."""
+        """True for a statement, not a declaration, that begins and ends on this line."""
         if token.kind != "name" or self.before(n).text not in (";", "{", "}") or token.text in KEYWORDS or TYPE.match(token.text):
             return
         if self.bracketed[n] or any(begin <= token.start < end for begin, end in self.defined):
@@ -181,7 +181,7 @@ class Source:
             if text in ("{", "}") or depth < 0:
                 return
             if text == ";" and depth == 0:
-                # Two names in a row, or a name, a star and a name: a declaration.
+                # Two consecutive names, or a name, a star and a name, are a declaration.
                 second = self.tokens[n + 1]
                 if second.kind != "name" and not (second.text == "*" and self.tokens[n + 2].kind == "name" and m == n + 3):
                     self.add("statement", token.start, self.tokens[m].end, ";")

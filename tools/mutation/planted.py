@@ -1,4 +1,5 @@
-"""A program of a Ninja build with other sources in it: compiled as the build compiles them, linked before those that they replace."""
+"""Links a program of a Ninja build with changed sources: they are compiled as in the build, and linked before the objects that they
+replace."""
 import pathlib
 import shlex
 import subprocess
@@ -26,8 +27,8 @@ def compile_firmware(build, compiled, source, output, headers=None):
 
 
 def link(build, program, objects, output):
-    """The program of the build with these objects before its own; not optimised across modules, in a second instead of a minute: the bits
-    are the same."""
+    """Links the program of the build with these objects before its own. Without link-time optimisation this takes a second instead of a
+    minute; the program computes the same bits."""
     words = words_of(build, program)
     words[words.index("-o") + 1] = str(output)
     first = next(n for n, word in enumerate(words) if word.endswith(".o"))

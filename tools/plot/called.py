@@ -1,4 +1,5 @@
-"""A script of this folder called by its tests in their own process: what draws is loaded once, not for each case."""
+"""Calls a script of this folder in the process of its tests, so that matplotlib is loaded once and not for each
+case."""
 import contextlib
 import importlib
 import io

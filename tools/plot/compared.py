@@ -10,7 +10,7 @@ import recording as recordings
 from figures import Layout, Panel
 from table import InputError, by_name, printed
 
-SETTINGS_MAX = 12  # printed; the page has all
+SETTINGS_MAX = 12  # this number of settings is printed; the page has all
 
 
 def alike(name):
@@ -27,11 +27,11 @@ def common_columns(a, b):
 
 
 def pair(a, b):
-    """Both columns in one number type: the text of a float that MAT keeps has other digits than that of a double."""
+    """Both columns in the same number type, because a single-precision number of MAT differs from the double that is read from CSV."""
     kinds = {values.dtype for values in (a, b) if values.dtype != numpy.float64}
     kind = numpy.float32 if numpy.dtype("f4") in kinds or not kinds else numpy.float64
     if kind is numpy.float32 and not kinds and ((a == numpy.rint(a)).all() and (b == numpy.rint(b)).all()):
-        kind = numpy.float64  # counts beyond 2^24
+        kind = numpy.float64  # counts above 2^24 need doubles
     return a.astype(kind), b.astype(kind)
 
 
@@ -40,7 +40,7 @@ def differ(a, b):
     return (a != b) & ~((a != a) & (b != b))
 
 
-HALF_TURN = {"rad": math.pi, "mrad": 1e3 * math.pi}  # each signal in rad is an angle that wraps
+HALF_TURN = {"rad": math.pi, "mrad": 1e3 * math.pi}  # Each signal in rad is an angle that wraps.
 
 
 def apart(x, y, unit):
@@ -69,7 +69,7 @@ class Comparison:
         self.both, self.only_a, self.only_b = common_columns(a, b)
         for name, other in self.both:
             if a.units[name] != b.units[other]:
-                raise InputError(f"{name}: [{a.units[name]}] in {a.path}, [{b.units[other]}] in {b.path}: not a row of the same tables")
+                raise InputError(f"{name}: [{a.units[name]}] in {a.path}, [{b.units[other]}] in {b.path}: the tables differ")
         self.periods, self.at_a, self.at_b = numpy.intersect1d(a.periods(), b.periods(), return_indices=True)
         self.differences = []
         for name, other in self.both:
@@ -123,7 +123,7 @@ class Comparison:
         if a.meta.get("every") != b.meta.get("every"):
             yield f"rate: every {a.meta.get('every')} periods in A, every {b.meta.get('every')} in B"
         if a.text and b.text and a.text.rstrip() != b.text.rstrip():
-            yield "the scenarios are not the same text"
+            yield "the texts of the scenarios differ"
         for letter, names in (("A", self.only_a), ("B", self.only_b)):
             if names:
                 yield f"only in {letter}: {', '.join(names)}"
@@ -183,7 +183,7 @@ def of_unit(unit):
 # ---- both in one picture ----
 
 def held(recording, name, periods):
-    """The column at these periods. A period without a sample has the sample before it; beyond the ends the value is not a number."""
+    """The values of the column at these periods. A period without a sample gets the previous sample; periods outside the recording get NaN."""
     own = recording.periods()
     place = numpy.searchsorted(own, periods, side="right") - 1
     values = recording.columns[name].astype(float)[numpy.maximum(place, 0)]
@@ -192,7 +192,7 @@ def held(recording, name, periods):
 
 
 def merged(comparison):
-    """One recording with the columns of A, and those of B as B.name; the times of both."""
+    """One recording with the columns of A, those of B under the name B.name, and the times of both."""
     a, b = comparison.a, comparison.b
     periods = numpy.union1d(a.periods(), b.periods())
     columns = {"time": periods * a.period}

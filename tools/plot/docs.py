@@ -20,7 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENARIO = "cold_start"
 ROWS = ("manoeuvre", "omega_m_ref", "omega_m", "true_omega_m", "true_torque", "load_torque", "i_d", "i_q", "true_i_a", "true_i_b", "true_i_c",
         "theta_err", "theta_hat_err")
-SAME = 0.002  # of full brightness, on average: what another build of the same matplotlib may round otherwise
+SAME = 0.002  # [share of full brightness] largest average difference that another build of the same matplotlib may cause by rounding
 
 
 def made(lagless, folder):
@@ -30,7 +30,7 @@ def made(lagless, folder):
 
 
 def fingerprint(png):
-    """The `Description` of a PNG; None where there is none."""
+    """The text `Description` of a PNG; None if it has none."""
     octets = png.read_bytes()
     at = 8
     while at + 8 <= len(octets):
@@ -44,7 +44,7 @@ def fingerprint(png):
 
 
 def difference(a, b):
-    """The differences between two pictures; "" if nothing."""
+    """A description of the difference between two pictures; "" if there is none."""
     if not a.exists():
         return "is missing"
     if fingerprint(a) != fingerprint(b):

@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
-"""Brings the report into the documents: its head, two pictures and the rows that have an angle in print into docs/paper.md, the map into
-docs/accuracy.md.
+"""Writes parts of the report into the documents: its head, two pictures and the rows whose number in the paper is an angle into
+docs/paper.md, the map into docs/accuracy.md.
 
 usage: documents.py FOLDER DOCS            rewrites the text between each two marks, copies the pictures to DOCS
-       documents.py FOLDER DOCS --check only checks whether that is up to date
-                        [--only FILE]      of this document, paper.md or accuracy.md, alone
+       documents.py FOLDER DOCS --check only checks whether the documents are up to date
+                        [--only FILE]      processes only this document, paper.md or accuracy.md
 
-FOLDER is that of a report of `lagless paper`; for paper.md it may lack the map, beyond_map, which is nine tenths of the time. Ends
-with 0 done or up to date, 1 not up to date, 2 wrong use or input.
-Python 3.9, standard library.
+FOLDER contains a report of `lagless paper`. For paper.md the report may lack the map, beyond_map, which takes nine tenths of the
+time. Ends with 0 done or up to date, 1 not up to date, 2 wrong use or input. Python 3.9, standard library.
 """
 import argparse
 import csv
@@ -63,7 +62,7 @@ def map_cell(rows, load, speed, adaptation):
 
 
 def map_block(table):
-    """A line a deviation, a column a speed: adaptation off, and on, at the largest load."""
+    """A table with one line per deviation and one column per speed, with adaptation off and on, at the largest load."""
     rows = [{name.partition("[")[0]: value for name, value in row.items()} for row in table]
     load = max(float(row["load"]) for row in rows)
     speeds = sorted({abs(float(row["speed"])) for row in rows})
@@ -89,14 +88,14 @@ WRITTEN = {"paper.md": (BEGIN, paper_block), "accuracy.md": (BEGIN_MAP, accuracy
 
 
 def put(text, mark, fresh):
-    """The text with the fresh block between its marks; None without them."""
+    """The text with the new block between its marks; None if it has no marks."""
     before, begin, rest = text.partition(mark)
     _, end, after = rest.partition(END)
     return before + begin + fresh + end + after if begin and end else None
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Brings the report into the documents.")
+    parser = argparse.ArgumentParser(description="Writes parts of the report into the documents.")
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("docs", type=pathlib.Path)
     parser.add_argument("--check", action="store_true", help="write nothing")

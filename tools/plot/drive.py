@@ -14,20 +14,20 @@ from table import RPM, by_name
 
 SKY, AMBER, GREY, RED = "#56B4E9", "#E69F00", "#777777", "#B3261E"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, GREY)
-BANDS_MAX = 400      # stretches; a column with more changes is drawn as a line
-NEAR_LIMIT = 0.4     # of a limit: from there on it is on the axis
+BANDS_MAX = 400      # bands of a column; a column with more changes is drawn as a line
+NEAR_LIMIT = 0.4     # share of the largest limit: from this value on the limit is within the axis
 UNKNOWN = 1.81       # [rad] theta_sigma of an unknown angle
 LOCKED = 350.0       # [mrad] a larger error of the angle counts as a lost lock
 
 
 @dataclasses.dataclass
 class Kind:
-    """A panel: what it is called, its unit, the factor from the recording's, and {column: (label, colour, look)}."""
+    """A panel: its title, its unit, the factor from the unit of the recording, and {column: (label, colour, look)}."""
     title: str
     unit: str
     scale: float
     rows: dict
-    source: str = ""  # unit in the recording, if it is another one
+    source: str = ""  # unit in the recording, if it differs
     kind: str = ""
     height: float = 1.0
 
@@ -111,7 +111,7 @@ class Drawn:
         source = kind.source or kind.unit
         present = [name for name in kind.rows if self.left.get(name) == source]
         if not any(not kind.rows[name][2].get("limit") and not kind.rows[name][2].get("dashed") for name in present):
-            return None  # a reference alone waits for the panel of its unit
+            return None  # a reference without its signal is shown in the panel of its unit
         for name in present:
             self.take(name, kind.unit, kind.scale)
         self.derived(kind.title)
@@ -155,8 +155,8 @@ class Drawn:
         panel.note = f"beyond the axis: {', '.join(beyond)}" if beyond else ""
 
     def tracking(self, panel):
-        """The axis of the angle's error is that of a locked estimate in manoeuvre run; before, the error means nothing. The drive's own
-        uncertainty is within the axis for at least half of that time."""
+        """Scales the axis of the angle's error to the locked estimate in the manoeuvre run, because the error has no meaning before that.
+        The drive's own uncertainty is within the axis for at least half of that time."""
         names = self.recording.choices.get("manoeuvre", [])
         if "run" not in names or "manoeuvre" not in self.recording.columns:
             return
@@ -209,7 +209,7 @@ class Drawn:
         names = [name for name in FIRST_BANDS if name in self.left] + [name for name in self.left if name not in FIRST_BANDS]
         names = [name for name in names if self.is_band(name)]
         quiet = [name for name in names if name in ("warnings_2", "fault_present") and not self.recording.columns[name].any()]
-        for name in quiet:  # said by the others
+        for name in quiet:  # the other columns show this
             self.take(name, "-", 1.0)
         names = [name for name in names if name not in quiet]
         if not names:
@@ -222,7 +222,7 @@ class Drawn:
     # ---- the rest ----
 
     def others(self):
-        """A panel for each remaining unit; none for the clock if it is the axis."""
+        """Makes a panel for each remaining unit, but none for the time if this is the axis."""
         if "period" in self.left and "period" in self.recording.columns:
             clock = self.recording.columns["period"].astype(float) - self.recording.periods()
             if (clock == clock[0]).all():

@@ -1,4 +1,4 @@
-"""One recording, or two, as one page: plots to zoom into, verdicts, settings, scenario. The plots are those of page.py and
+"""Shows one recording, or two, on one page: plots with zoom, verdicts, settings, scenario. The plots are those of page.py and
 page.js; without uPlot a picture replaces them."""
 import math
 import string
@@ -44,7 +44,7 @@ def setting_rows(recording, rows, chosen):
 
 
 def settings_section(recording, rows):
-    """Every value that determined the run: the values that differ from their defaults first, the others folded."""
+    """Lists every value that determined the run: first those that differ from their defaults, then the others, folded."""
     if not recording.values:
         return ""
 
@@ -71,7 +71,7 @@ def text_section(recording):
 
 
 def plot_section(name, heading, events, drawn, data, png):
-    """drawn: what page.plots() made; png: octets of a picture instead, or None."""
+    """`drawn`: result of page.plots(); `png`: octets of a picture that replaces it, or None."""
     inner = (f'<div class="picture">{page.image(png, heading)}</div>' if png else
              page.interactive({"id": name, "events": events}, drawn))
     links = f'<p class="links">Data: <a href="{escape(data)}">{escape(data)}</a></p>' if data else ""

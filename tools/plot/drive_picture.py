@@ -20,7 +20,7 @@ FAULT = "#E39A96"
 
 
 def tint(trace, value, names):
-    """As in page.js: `none` has no colour, a fault has the colour of faults."""
+    """The colours of bands, as in page.js: `none` has no colour, a fault has the colour of faults."""
     name = name_of(names, value)
     if value == 0 or name == "none":
         return None
@@ -34,7 +34,7 @@ TINTS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180, 
 
 
 def bands(axis, panel, data):
-    """A line of named stretches for each trace."""
+    """Draws one line of named bands for each trace."""
     time = data["time"]
     scale = axis.inches / (time[-1] - time[0])
     for row, trace in enumerate(panel.traces):
@@ -112,7 +112,7 @@ def lines(axis, layout, panel, data):
 
 
 def by_trace(axis, panel):
-    """Handles of the legend with their traces; a run that was too short to be drawn has none."""
+    """Handles of the legend with their traces. A band that was too short to be drawn has no handle."""
     handles, labels = axis.get_legend_handles_labels()
     of = dict(zip(labels, handles))
     traces = [trace for trace in panel.traces if pictures.typeset(trace.label) in of]
@@ -120,19 +120,19 @@ def by_trace(axis, panel):
 
 
 def unique(handles):
-    """Two limits, upper and lower, are one in the legend."""
+    """The upper and the lower limit share one entry of the legend."""
     return [handle for handle in handles if not str(handle.get_label()).startswith(("-", "lower"))]
 
 
 def legend_lines(panel):
-    """How many lines the legend takes, about."""
+    """The approximate number of lines of the legend."""
     if panel.kind == "bands":
         return 1
     return math.ceil(sum(0.45 + 0.058 * len(trace.label) for trace in panel.traces) / 7.8)
 
 
 def marks(axes, events, begin, end):
-    """Thin lines through all panels; the event of the scenario is written above them."""
+    """Draws thin lines through all panels, and the events of the scenario above them."""
     free = begin
     axis = axes[0]
     for event in events:

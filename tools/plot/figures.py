@@ -1,7 +1,7 @@
 """The content of the figures of the paper report: their data, and for each figure the layouts of page and pictures.
 
-CSV: first line `name[unit],...`. Numbers, empty where there is none (a run that is shorter, 1/0); text where the unit
-is `text`. Columns of traces are called <run>_<flavour>_<quantity>. Needs numpy.
+CSV: first line `name[unit],...`. Cells are numbers, or empty if there is no number (a shorter run, 1/0), or text if the unit is
+`text`. Columns of traces are called <run>_<flavour>_<quantity>. Needs numpy.
 """
 import dataclasses
 import io
@@ -15,11 +15,11 @@ from table import InputError, number, rows
 UNITS = {"time": "s", "speed": "r/min", "speed_hat": "r/min", "speed_err": "r/min", "theta": "rad", "theta_hat": "rad",
          "theta_err": "mrad", "theory_err": "mrad", "i_q": "A", "true_i_d": "A", "k_f_alpha": "1/A", "gain": "dB",
          "phase": "deg"}
-CURVES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"))  # distinguished by colour, and in grey prints by their marks
+CURVES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"))  # These curves differ by colour, and in grey prints by their marks.
 
 
 class Data:
-    """Columns of a CSV by name: numpy arrays of numbers, lists of text. `data[name]` must exist."""
+    """The columns of a CSV by name, as numpy arrays of numbers or lists of text. `data[name]` must exist."""
 
     def __init__(self, path, columns, units):
         self.path, self.columns, self.units = pathlib.Path(path), columns, units
@@ -30,7 +30,7 @@ class Data:
         return self.columns[name]
 
     def need(self, name, unit):
-        """The column's name, if it is there in this unit."""
+        """The name of the column, if the data has it in this unit; otherwise None."""
         self[name]
         if self.units[name] != unit:
             raise InputError(f"{self.path}:1: column `{name}`: expected {name}[{unit}]")
@@ -38,7 +38,7 @@ class Data:
 
     @staticmethod
     def read(path):
-        """Every problem is an InputError that names file and line. Adds each run's speed_err = speed_hat - speed."""
+        """Reads a CSV. Every problem is an InputError that names file and line. Adds each run's speed_err = speed_hat - speed."""
         lines = rows(path)
         units = next(lines)
         for name, unit in units.items():
@@ -91,7 +91,7 @@ class Trace:
     mark: str = ""  # matplotlib's marker, now and then along the curve
     limit: bool = False  # does not determine the axis; it is shown if the limited value is near it
     wraps: float = 0.0  # half the range of an angle: no line from one end to the other; 0: no angle
-    names: object = None  # of a band: {value: name}, or {"bits": [name...]}
+    names: object = None  # names of the values of a band: {value: name}, or {"bits": [name...]}
 
 
 @dataclasses.dataclass
@@ -118,7 +118,7 @@ class Layout:
 
 
 class Drawer:
-    """Makes traces of one figure's data, and checks that their columns exist, in the unit of their axis."""
+    """Makes traces from the data of one figure, and checks that their columns exist in the unit of their axis."""
 
     def __init__(self, figure, data):
         self.id, self.data = figure["id"], data
@@ -252,5 +252,5 @@ LAYOUTS = {"fig04": fig04, "fig05": fig05, "fig08": fig08, "fig10": fig10, "fig1
 
 
 def layouts(figure, data):
-    """The layouts of one figure of the manifest, in order; none for those that are tables: fig16 and beyond_*."""
+    """The layouts of one figure of the manifest, in their order. The figures that are tables, fig16 and beyond_*, have no layouts."""
     return LAYOUTS[figure["id"]](Drawer(figure, data)) if figure["id"] in LAYOUTS else []

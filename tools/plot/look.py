@@ -4,7 +4,7 @@
 usage: look.py plot RECORDING [--out FOLDER] [--format html,png,svg] [--quiet | --tell]
        look.py compare A B [--out FOLDER] [--format html,png,svg]
 
-plot: FOLDER/NAME.html (or .png, .svg), FOLDER being that of the recording if none is given; NAME_fault.csv in the same folder, the drive's
+plot: FOLDER/NAME.html (or .png, .svg), by default FOLDER is that of the recording; NAME_fault.csv in the same folder, the drive's
 history of a fault, is a second set of panels. compare: prints the first difference; with --out, draws both in FOLDER/compare.html.
 On stdin the program's tables as JSON: {"command", "rows": [{"table", "name", "kind", "text", "default", "choices"}], "reasons":
 {number: {"name", "text", "remedy"}}, "faults": [name of each bit]}; without them faults have numbers.
@@ -18,13 +18,13 @@ import os
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # which python -I leaves out
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # python -I does not add this folder to the path
 import progress
 import style
 from table import InputError
 
 FORMATS = ("html", "png", "svg")
-VALUES_MAX = 12_000_000  # of a page: more make it too slow to open
+VALUES_MAX = 12_000_000  # of a page, which opens too slowly with more samples
 SUFFIXES = (".csv", ".mat")
 
 
@@ -39,7 +39,7 @@ def tables():
 
 
 class Look:
-    """One command: its name in messages, and the files that it has written."""
+    """One command, with its name in messages and the files that it has written."""
 
     def __init__(self, options):
         self.options, self.tables = options, tables()
@@ -120,7 +120,8 @@ def plot(look):
     import drive
     import recording as recordings
     options = look.options
-    whole = recordings.read(options.recordings[0], progress.part(0.0, 0.4))  # of a long one; reading is most of it
+    # of the progress of a long recording; reading takes most of the time
+    whole = recordings.read(options.recordings[0], progress.part(0.0, 0.4))
     if len(whole.time) < 2:
         raise InputError(f"{whole.path}: 1 sample: a plot needs two or more")
     recording, thinned = look.thinned(whole)
@@ -196,7 +197,7 @@ def main():
         look.say(error)
         return 2
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what stdout did not take is not tried again at the end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python does not try again at its end to write the rest of the output.
         look.say(f"{error.filename or 'the output'} cannot be written: {error.strerror or error}")
         return 3
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the error map of `lagless map`: one field a point, with mean and standard deviation of the angle's error.
+"""Draws the error map of `lagless map`: one field for each point, with mean and standard deviation of the angle's error.
 
 usage: map.py JSON PNG [--title TEXT]     writes PNG, and beside it the same picture as SVG
 
@@ -19,13 +19,13 @@ import pathlib
 import sys
 import textwrap
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # which python -I leaves out
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # python -I does not add this folder to the path
 import style
 from table import InputError
 
 NUMBERS = ("rpm", "load_nm", "mean_mrad", "sd_mrad", "peak_mrad")
 FRAMED = {"axes.grid": False, "axes.spines.top": True, "axes.spines.right": True, "hatch.linewidth": 0.6}
-THEORY_SHOWN = 0.5  # [mrad] a smaller one is left out
+THEORY_SHOWN = 0.5  # [mrad] a deviation whose predicted means are all smaller has no predictions in the picture
 LEAST, MOST = 0.3, 100.0  # [mrad] ends of the scale; smaller and larger values have the colours of the ends
 
 
@@ -101,14 +101,14 @@ def draw(points, title, png):
     columns = list(dict.fromkeys(point["adaptation"] for point in points))
     has_theory = {point["deviation"] for point in points if abs(point.get("theory_mrad") or 0.0) >= THEORY_SHOWN}
 
-    # Fields of a fixed size in inches, so that their text always has the same room.
+    # Fields have a fixed size in inches, so that the space for their text is always the same.
     wide, names, bar, margin, block_gap, row_gap = 0.62, 0.2 + 0.068 * max(map(len, rows)), 0.75, 0.12, 0.16, 0.5
     heights = [0.55 if row in has_theory else 0.40 for row in rows]
     tops = [sum(heights[:n]) for n in range(len(rows) + 1)]
     titles = {(on, load): f"{'no load' if load == 0 else f'{load:.4g} N m'}, adaptation {on}: speed [r/min]"
               for on in columns for load in loads}
     block = max(wide * len(speeds), 0.066 * max(map(len, titles.values())))
-    width = max(names + len(loads) * block + (len(loads) - 1) * block_gap + bar + margin, 7.0)  # room for the caption
+    width = max(names + len(loads) * block + (len(loads) - 1) * block_gap + bar + margin, 7.0)  # space for the caption
     title = textwrap.fill(title, int(11 * width))
     above, below = 0.50 + 0.19 * (title.count("\n") + 1), 0.72
     height = above + len(columns) * tops[-1] + (len(columns) - 1) * row_gap + below

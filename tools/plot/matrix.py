@@ -1,15 +1,22 @@
 #!/usr/bin/env python3
-"""Writes the page of `lagless matrix`: the fault matrix in colour, and of each cell what was promised and what was seen.
+"""Writes the page of `lagless matrix`: the fault matrix in colour, and for each cell the promised and the observed reaction.
 
 usage: matrix.py JSON HTML [--title TEXT]     writes HTML, one file that needs no network
 
-JSON: an object with `faults` and `manoeuvres` (each a list of {name, text}) and `cells`, a list of objects with
-  needed       cell fault manoeuvre source shaft verdict (green, red, never)
+JSON: an object with `faults` and `manoeuvres` (each a list of {name, text}) and `cells`, a list of objects with these keys: needed       cell
+                                                                                                                                          fault
+                                                                                                                                          manoeuvre
+                                                                                                                                          source
+                                                                                                                                          shaft
+                                                                                                                                          verdict
+                                                                                                                                          (green,
+                                                                                                                                          red,
+                                                                                                                                          never)
   of never     because
   of the rest  red_by, promised {text, because}, seen {text, reaction}
-Rows are the faults, columns the manoeuvres; four fields a place: encoder and sensorless, each on both shafts. A field has the first letter
-of the observed reaction. The letter is a capital if the reaction differs from the promise, for readers who do not see the colour.
-Ends with 0 done, 2 wrong use or input, 3 page cannot be written. Python 3.9.
+Rows are the faults, columns the manoeuvres; each combination has four fields: encoder and sensorless, each on both shafts. A field has the first
+letter of the observed reaction. The letter is a capital if the reaction differs from the promise, for readers who do not see the colour. Ends
+with 0 done, 2 wrong use or input, 3 page cannot be written. Python 3.9.
 """
 import argparse
 import html
@@ -17,7 +24,7 @@ import json
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # which python -I leaves out
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # python -I does not add this folder to the path
 from table import InputError
 
 PARTS = pathlib.Path(__file__).resolve().with_name("page")
@@ -82,7 +89,7 @@ def anchor(cell):
 
 
 def field(cell):
-    """One small box of the table."""
+    """The HTML of one field of the matrix."""
     if cell is None:
         return '<span class="cell unseen" title="not run">&nbsp;</span>'
     name = escape(cell["cell"])
@@ -109,7 +116,7 @@ def overview(matrix, places):
 
 
 def told(cell):
-    """A row of a fault's list."""
+    """The HTML of one row in the list of a fault."""
     if cell["verdict"] == "never":
         what = f'<td colspan="2">{escape(cell["because"])}</td>'
     else:

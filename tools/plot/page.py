@@ -1,5 +1,5 @@
-"""index.html of the paper report: verdicts, pictures, conditions, and plots to zoom into, in one file that needs no network: style, script,
-pictures and data are inside. uPlot draws the plots if it was found (tools/get-uplot)."""
+"""Makes index.html of the paper report, with verdicts, pictures, conditions, and plots with zoom. The file contains style, script, pictures
+and data, so that it needs no network. uPlot draws the plots if it was found (tools/get-uplot)."""
 import base64
 import dataclasses
 import functools
@@ -22,10 +22,10 @@ RUN_UNITS = {"bandwidth": "rad/s", "omega_c": "rad/s", "kp": "rad/s", "ki": "rad
              "omega_s": "rad/s"}
 SYMBOLS = {"omega_c": "ω<sub>c</sub>", "omega_s": "ω<sub>s</sub>", "kp": "k<sub>p</sub>", "ki": "k<sub>i</sub>",
            "gain": "k<sub>s</sub>"}
-OPEN_ROWS = 40  # a longer table is folded
+OPEN_ROWS = 40  # [lines] a longer table is folded
 
 
-# ---- what uPlot gets: each column as whole multiples of a power of ten, which compresses well ----
+# ---- data for uPlot: each column as whole multiples of a power of ten, which compresses well ----
 
 def pack(values, logarithmic=False):
     """({base, exponent}, octets) of a column. Value = (base + code - 1) 10^exponent; code 0 is NaN. The step is
@@ -37,7 +37,7 @@ def pack(values, logarithmic=False):
     span = float(some.max()) - low or abs(low) or 1.0
     exponent = math.floor(math.log10(span / 20000.0))
     if logarithmic and low > 0.0:
-        finest = math.ceil(math.log10(span)) - 9  # 31 bits hold 10^9
+        finest = math.ceil(math.log10(span)) - 9  # 10^9 fits into 31 bits
         exponent = max(min(exponent, math.floor(math.log10(low)) - 2), finest)
     multiples = numpy.zeros(len(values), dtype=numpy.int64)
     multiples[finite] = numpy.rint(scaled(values[finite], -exponent))
@@ -48,12 +48,13 @@ def pack(values, logarithmic=False):
 
 
 def scaled(values, exponent):
-    """values 10^exponent; dividing by the exact 10^n gives the nearest float, multiplying by its inverse does not."""
+    """values * 10^exponent. For negative exponents it divides by the exact 10^n, which gives the nearest float; a multiplication by the
+    inverse does not."""
     return values * 10.0 ** exponent if exponent >= 0 else values / 10.0 ** -exponent
 
 
 def axis_of(values):
-    """Start and step of an even axis, else all of its values."""
+    """Start and step of an evenly spaced axis, or else all of its values."""
     count = len(values)
     if count > 1:
         start, step = float(values[0]), round((float(values[-1]) - float(values[0])) / (count - 1), 12)
@@ -130,7 +131,8 @@ def verdict(name):
 
 
 def leading(flavour):
-    """Sorts flavours: the real inverter and sensors first, then formulas, then ideal ones. Also (flavour, anything)."""
+    """A key that sorts flavours: first real inverter and sensors, then formulas, then ideal ones. It also accepts a tuple (flavour,
+    ...)."""
     flavour = flavour if isinstance(flavour, str) else flavour[0]
     return {"real": 0, "formula": 1, "ideal": 2}.get(flavour, 3), flavour
 
@@ -155,12 +157,12 @@ def heading(name, of_unit="", kind="number"):
 
 
 def cell(kind, text, label=""):
-    name = f' data-label="{label}"' if label else ""  # shown where the window is too narrow for a head
+    name = f' data-label="{label}"' if label else ""  # shown if the window is too narrow for the head of the table
     return f'<td class="{kind}"{name}>{text}</td>'
 
 
 def ours_cells(row, ideal):
-    """The measured values: with the real inverter or by formula, and next to them those with the ideal inverter."""
+    """The cells of the measured values: with the real inverter or by formula, and beside them with the ideal inverter."""
     if row["flavour"] == "ideal":
         row, ideal = None, row
     return "".join(
@@ -212,7 +214,8 @@ def expected(row):
 
 
 def figure_rows(rows):
-    """The rows of one figure; below them the reasons, of which many rows share one, and folded the conditions."""
+    """The table with the rows of one figure, below it the numbered reasons, each of which can belong to many rows, and the folded
+    conditions."""
     reasons, body, conditions = {}, [], {}
 
     def note(row):
@@ -236,7 +239,7 @@ def figure_rows(rows):
 
 
 def run_table(runs):
-    """Gains and settings of a figure's runs; flavours with the same settings share a line."""
+    """The table of gains and settings of the runs of a figure; flavours with the same settings share a line."""
     if not runs:
         return ""
     keys = [key for key in dict.fromkeys(key for run in runs for key in run)
@@ -255,7 +258,7 @@ def run_table(runs):
 
 
 def data_tables(data):
-    """A CSV as tables, one per flavour where it has them, the real one first."""
+    """The data of a CSV as tables, one for each flavour, the real one first."""
     names = list(data.columns)
     count = len(data.columns[names[0]])
     if "flavour" not in names:
@@ -301,14 +304,14 @@ def embedded(value):
 
 
 def room(panel):
-    """[px] that a panel takes with its legend, about."""
+    """The approximate height of a panel with its legend [px]."""
     return 40 + 22 * len(panel["traces"]) if panel["kind"] == "bands" else round(70 + 150 * panel["height"])
 
 
 def interactive(figure, drawn):
     parts = []
     for plot in drawn:
-        height = 60 + sum(room(panel) for panel in plot["panels"])  # drawing the plots does not change the layout
+        height = 60 + sum(room(panel) for panel in plot["panels"])  # so that the layout does not change when the plots are drawn
         parts.append(f'<div class="plots" data-figure="{figure["id"]}" style="min-height:{height}px">'
                      '<button type="button" class="draw">draw the plots (with zoom)</button>'
                      f'<script type="application/json">{embedded({**plot, "events": figure["events"]})}</script></div>')
@@ -331,7 +334,7 @@ def section(figure, rows, folder, drawn, table):
 
 @functools.lru_cache(maxsize=1)
 def uplot():
-    """{script, style, licence} of uPlot, or None where it is not there."""
+    """{script, style, licence} of uPlot, or None if uPlot is not found."""
     cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache")
     for folder in (os.environ.get("UPLOT_DIR"), cache / "lagless" / "uplot"):
         try:
@@ -352,7 +355,7 @@ def condition_table(manifest):
 
 
 def write(folder, manifest, drawn, tables):
-    """folder/index.html. `drawn` and `tables` by figure id: result of plots(), and of data_tables() or ''."""
+    """Writes folder/index.html. `drawn` and `tables` have, for each figure id, the result of plots(), and that of data_tables() or ''."""
     library = uplot()
     figures = manifest["figures"]
     if not any(drawn.values()):
@@ -384,7 +387,7 @@ def licence(library):
 
 
 def replaced(path, text):
-    """Writes the file. If writing fails, the previous file remains."""
+    """Writes the file. If this fails, the previous file remains."""
     fresh = path.with_name(path.name + ".new")
     fresh.write_text(text, encoding="utf-8")
     os.replace(fresh, path)

@@ -1,4 +1,4 @@
-"""The pictures of the paper report, one a figure, in the paper's arrangement: draw() writes PNG and SVG.
+"""Draws the pictures of the paper report, one for each figure, arranged as in the paper: draw() writes PNG and SVG.
 
 The curves follow the layouts of figures.py. This file adds the parts for print only: enlarged stretches, shades, tables as pictures.
 Needs matplotlib.
@@ -21,7 +21,7 @@ from style import BLACK, BLUE, GREEN, ORANGE, PURPLE
 WIDTH = 9.0          # [in]
 DPI = 200            # [1/in]
 GREY = "#999999"     # the variant `ideal` in addition to `real`
-SHADE = "#F3EFD8"    # conditions that hold for a part of the run
+SHADE = "#F3EFD8"    # conditions that are valid for a part of the run
 BOX = {"facecolor": "#FFFFFF", "edgecolor": "none", "pad": 1.5, "alpha": 0.85}
 TURN = 6000.0        # [mrad] range of an error that wraps
 MARKS = 9            # along a curve
@@ -33,13 +33,13 @@ SYMBOL = re.compile(r"\b(omega|psi|i|u|k|a)_([a-z])\b")
 
 
 def typeset(text):
-    """The project's plain names as symbols: k_f, omega_c, m^2; a dollar stays a dollar."""
+    """Converts the plain names of the project to symbols: k_f, omega_c, m^2. A dollar sign stays a dollar sign."""
     text = SYMBOL.sub(lambda m: f"${'' if len(m[1]) == 1 else chr(92)}{m[1]}_{m[2]}$", text.replace("$", r"\$"))
     return re.sub(r"\bus\b", "\N{MICRO SIGN}s", re.sub(r"\^(\d)\b", r"$^\1$", text))
 
 
 def conditions(figure, manifest):
-    """The conditions that all runs of a figure (or all its rows) have in common, with line breaks between conditions."""
+    """The conditions that are common to all runs of a figure (or all its rows), with line breaks between conditions."""
     shown = [run for run in figure.get("runs", []) if run.get("condition")]
     shown = shown or [row for row in manifest.get("rows", []) if row["figure"] == figure["id"] and row.get("condition")]
     parts = [re.split(r"; |, (?![\d.]+(?:,| A))", one["condition"]) for one in shown if one["flavour"] != "ideal"]
@@ -53,7 +53,7 @@ def conditions(figure, manifest):
 
 
 class Sheet:
-    """A picture while it is drawn: title, condition, and a grid of panels below; lengths in inches."""
+    """A picture during drawing: title, conditions, and a grid of panels below them; lengths in inches."""
 
     def __init__(self, figure, manifest, heights, columns=1, gaps=None, head=0.3, left=0.85, right=0.2, between=0.75,
                  note="", title=None):
@@ -67,7 +67,7 @@ class Sheet:
         self.height = self.top + sum(heights) + sum(self.gaps) + 0.52
         self.wide = (WIDTH - left - right - between * (columns - 1)) / columns
         self.figure = Figure(figsize=(WIDTH, self.height), dpi=DPI)
-        FigureCanvasAgg(self.figure)  # which can measure the size of text
+        FigureCanvasAgg(self.figure)  # this renderer can measure the size of text
         whose = f"{figure['paper']} " if figure.get("paper") else "Beyond the paper:"
         self.figure.text(0.5, 1.0 - 0.10 / self.height, typeset(title or f"{whose} {figure['title']}"), fontsize=11, ha="center",
                          va="top")
@@ -103,7 +103,7 @@ def letters(axes):
 
 
 def legend(axis, handles=None, title="", indent=0.3):
-    """Above the axes, right of the panel's letter, in as many lines as it needs; above that a title."""
+    """Writes the legend above the axes, on the right of the panel's letter, in as many lines as necessary, and a title above it."""
     handles = handles or axis.get_legend_handles_labels()[0]
     renderer = axis.figure.canvas.get_renderer()
     for lines in range(1, len(handles) + 1):
@@ -118,7 +118,7 @@ def legend(axis, handles=None, title="", indent=0.3):
 
 
 def part(data, x, column, window=None):
-    """The column's finite points, of the window [from, to] if there is one."""
+    """The finite points of the column, only those in the window [from, to] if there is one."""
     xs, ys = data[x], data[column]
     keep = numpy.isfinite(ys)
     if window:
@@ -131,7 +131,7 @@ def curve(axis, data, x, trace, window=None, **look):
     if not len(xs):
         return  # the run was shorter
     half = trace.wraps or (math.pi if data.units[trace.column] == "rad" else 0.0)
-    if half:  # a wrapped angle jumps, and no line belongs there
+    if half:  # no line where a wrapped angle jumps
         jumps = numpy.flatnonzero(numpy.abs(numpy.diff(ys)) > half) + 1
         xs, ys = numpy.insert(xs, jumps, xs[jumps]), numpy.insert(ys, jumps, numpy.nan)
     look = {"color": trace.colour, "linewidth": 1.0, **(style.WANTED if trace.dashed else {}), **look}
@@ -156,8 +156,8 @@ def marks(axis, line, mark, xs, ys):
 
 
 def grouped(axis, data, layout, panel, window=None):
-    """All curves of a panel. A position error that covers whole turns exceeds the axis, whose range follows from the other traces; the axis
-    then has a note."""
+    """Draws all curves of a panel. The other traces determine the range of the axis if a position error covers whole turns; a note then
+    names the trace that exceeds the axis."""
     if layout.log_x:
         axis.set_xscale("log")
     if panel.log_y:
@@ -172,7 +172,7 @@ def grouped(axis, data, layout, panel, window=None):
     if wild and held:
         least, most = min(map(numpy.min, held)), max(map(numpy.max, held))
         axis.set_ylim(least - 0.35 * (most - least), most + 0.35 * (most - least))
-        axis.text(0.99, 0.04, typeset(f"{'; '.join(wild)}: turns round, beyond the axis"), transform=axis.transAxes,
+        axis.text(0.99, 0.04, typeset(f"{'; '.join(wild)}: wraps; beyond the axis"), transform=axis.transAxes,
                   ha="right", fontsize=7.5,
                   bbox=BOX, zorder=5)
 
@@ -194,7 +194,7 @@ def stack(sheet, data, layout, column=0, shade=()):
     axes[-1].set_xlabel(layout.xlabel)
     axes[0].set_xlim(*span(data, layout))
     said = set()
-    for axis in axes:  # a legend if it differs from those above
+    for axis in axes:  # the panel has a legend if this differs from those above
         handles, labels = axis.get_legend_handles_labels()
         if not said.issuperset(labels):
             legend(axis, handles, layout.title if axis is axes[0] else "")
@@ -220,7 +220,7 @@ def side_by_side(figure, layouts, data, manifest, unit=1.35, shade=(), note=""):
 
 
 def enlarged(axis, data, column, seconds):
-    """The last seconds of a column, on an axis in milliseconds from a round time on."""
+    """The last seconds of a column, on an axis in milliseconds that begins at a round time."""
     end = math.floor(100.0 * (part(data, "time", column)[0][-1] + 1e-3)) / 100.0
     begin = end - seconds
     axis.set_xlim(begin, end)
@@ -284,7 +284,7 @@ def profile(figure, layouts, data, manifest):
         axis.set_xlim(*span(data, layout))
         axis.set_xlabel(layout.xlabel)
     axes[1].set_ylim(-3.4, 3.4)
-    axes[1].lines[0].set_linewidth(2.6)  # the true one still visible below its estimate
+    axes[1].lines[0].set_linewidth(2.6)  # so that the true angle stays visible below its estimate
     for trace in error.traces:
         if not trace.dashed:
             ideal(axes[2], data, trace, window)
@@ -313,8 +313,8 @@ def fig17(figure, layouts, data, manifest):
 
 
 def fig15(figure, layouts, data, manifest):
-    """The loops at both bandwidths; below them those whose inverter is not compensated, and the dead time that
-    each of them tolerates."""
+    """Draws the loops at both bandwidths; below them the loops whose inverter is not compensated, and the dead time that each of them
+    tolerates."""
     loops, loss = layouts[:2], layouts[2]
     table = Data.read(data.path.with_name("fig15_dead_time.csv"))
     sheet = Sheet(figure, manifest, heights(loops[0], 1.1) + [1.7, 0.75], columns=2, gaps=[0.24, 0.24, 1.1, 0.85],
@@ -355,7 +355,7 @@ LOOK = {(100.0, 0.0): (BLUE, "o", "-"), (100.0, 5.0): (BLUE, "s", (0, (4, 2))), 
 
 
 def fig16(figure, _, data, manifest):
-    """Deviations and overshoots over omega_c: position above, speed below; ideal ones thin and grey."""
+    """Draws deviations and overshoots over omega_c: position above, speed below; those with ideal inverter thin and grey."""
     sheet = Sheet(figure, manifest, [1.9, 1.9], columns=4, gaps=[0.55], between=0.47, left=0.62,
                   head=0.5, note="grey: the same with an ideal inverter and sensors")
     flavour, lost = numpy.array(data["flavour"]), data[data.need("lost", "-")] > 0.5
@@ -397,11 +397,12 @@ VARIANTS = {"uncompensated": (ORANGE, "s", "no compensation"), "printed": (PURPL
 
 
 def beyond(figure, data, manifest, x, xlabel, panels, log=False):
-    """Panels of [(column, unit, ylabel)] over x, a column a load; real thick, ideal thin, a lost point a cross."""
+    """Draws panels of [(column, unit, ylabel)] over x, one column of panels for each load. The real inverter has thick lines, the ideal one
+    thin lines; a lost point is a cross."""
     loads = sorted(set(data[data.need("load", "N m")]))
     sheet = Sheet(figure, manifest, [1.6] * len(panels), columns=len(loads), between=0.7,
                   head=0.55,
-                  note="thin: ideal inverter and sensors" + ("; a cross, at any height: lost" if data["lost"].any()
+                  note="thin: ideal inverter and sensors" + ("; a cross (its height has no meaning): lost" if data["lost"].any()
                                                              else ""))
     flavour, variant = numpy.array(data["flavour"]), numpy.array(data["variant"])
     lost = data[data.need("lost", "-")] > 0.5
@@ -460,7 +461,7 @@ def beyond_bandwidth(figure, _, data, manifest):
 
 
 def map_block(axis, rows, speeds):
-    """The empty field of a map's block."""
+    """Draws the empty field of a block of the map."""
     axis.set(xlim=(0, len(speeds)), ylim=(len(rows), 0))
     axis.grid(False)
     axis.set_xticks([c + 0.5 for c in range(len(speeds))], [minus(f"{speed:g}") for speed in speeds], fontsize=7)

@@ -1,13 +1,14 @@
-"""Progress of a drawing, for the program that started it: `lagless` shows it on a terminal. Nobody asked: nothing."""
+"""Reports the progress of a drawing to the program that started it: `lagless` shows it on a terminal. Without such a program
+nothing is reported."""
 import os
 import sys
 
 ASKED = "LAGLESS_PROGRESS"
-BAR = 60  # [columns] that the bar takes
+BAR = 60  # [columns] width of the bar
 
 
 def tell(fraction):
-    """Reports the share that is done, 0 to 1."""
+    """Reports the completed share, 0 to 1."""
     descriptor = os.environ.get(ASKED, "")
     if descriptor.isdigit():
         try:
@@ -28,7 +29,7 @@ def clear():
 
 
 def end():
-    """Nothing more is reported."""
+    """Ends the reports."""
     clear()
     descriptor = os.environ.pop(ASKED, "")
     if descriptor.isdigit():

@@ -16,12 +16,12 @@ ESCAPED = re.compile(r"\\(?:\\|x([0-9a-f]{2}))")
 @dataclasses.dataclass
 class Recording:
     path: pathlib.Path
-    meta: dict      # program, commit, scenario, title, seed, every, period, ended as text; what is not known is missing
-    units: dict     # of each column, in their order, time left out
+    meta: dict      # program, commit, scenario, title, seed, every, period, ended as text; unknown values are missing
+    units: dict     # unit of each column, in their order, without time
     columns: dict   # of each column: numpy array; time too. CSV: double; MAT: single, int32, uint32
-    choices: dict   # of a column: names of its values from 0 up
-    values: dict    # of a setting at t = 0: (value, unit)
-    notes: list     # [(key, name, text)]: what happened, what was judged
+    choices: dict   # column -> names of its values from 0 up
+    values: dict    # setting at t = 0 -> (value, unit)
+    notes: list     # [(key, name, text)]: events and results of expectations
     text: str       # the scenario
 
     @property
@@ -42,13 +42,13 @@ class Recording:
 
 
 def the_one_in(path):
-    """The recording that a folder of `lagless run --out` holds; a file is itself."""
+    """The path of the recording in a folder of `lagless run --out`; the path of a file stays unchanged."""
     if not path.is_dir():
         return path
     found = {each.stem: each for suffix in (".mat", ".csv") for each in sorted(path.glob(f"*{suffix}"))}
     names = [name for name in found if not (name.endswith("_fault") and name[:-6] in found)]
     if len(names) != 1:
-        raise InputError(f"{path}: it holds {len(names)} recordings: {', '.join(sorted(names)) or 'no CSV or MAT'}; name one of them")
+        raise InputError(f"{path}: it contains {len(names)} recordings: {', '.join(sorted(names)) or 'no CSV or MAT'}; name one of them")
     return found[names[0]]
 
 
@@ -165,7 +165,7 @@ def elements(octets):
     at = 0
     while at + 8 <= len(octets):
         kind, size = struct.unpack_from("<II", octets, at)
-        if kind >> 16:  # small: both in one word, the content in the next
+        if kind >> 16:  # a small element: type and length in one word, the content in the next
             kind, size, begin, end = kind & 0xFFFF, kind >> 16, at + 4, at + 8
         else:
             begin = at + 8
@@ -200,7 +200,7 @@ def of_mat(path, octets):
         return recording_of(path, octets)
     except InputError:
         raise
-    # any error of the arithmetic below if the file is damaged
+    # a damaged file can cause any error of the arithmetic below
     except (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError, struct.error,
             zlib.error) as error:
         raise InputError(f"{path}: this MAT file cannot be read: {error or type(error).__name__}") from None

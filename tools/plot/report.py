@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws what `lagless paper` measured: a picture per figure, and the page that shows them all.
+"""Draws the results of `lagless paper`: a picture per figure, and the page that shows all of them.
 
 usage: report.py FOLDER     reads FOLDER/report.json and the CSV files that it names;
                             writes FOLDER/pictures/*.png, *.svg and FOLDER/index.html
@@ -108,7 +108,7 @@ def report(folder, manifest):
     def size(figure):
         path = folder / figure["csv"]
         return path.stat().st_size if path.exists() else 0
-    # The largest first, so that none is still being drawn when the others are done.
+    # The largest figures come first, so that the processes end at about the same time.
     jobs = [(folder, figure, manifest) for figure in sorted(manifest["figures"], key=size, reverse=True)]
     with multiprocessing.Pool(max(2, os.cpu_count() or 2)) as pool:
         done = []
@@ -118,13 +118,13 @@ def report(folder, manifest):
     import page
     index = page.write(folder, manifest, {name: plots for name, plots, _ in done},
                        {name: table for name, _, table in done})
-    without = "" if page.uplot() else "; nothing to zoom into: tools/get-uplot brings what draws it"
+    without = "" if page.uplot() else "; the plots have no zoom, because uPlot is missing: run tools/get-uplot"
     print(f"{index}: {len(done)} figures, {len(manifest['rows'])} rows, {index.stat().st_size / 1e6:.1f} MB, "
           f"{time.monotonic() - begin:.1f} s{without}")
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Draws what `lagless paper` measured, and writes the page about it.")
+    parser = argparse.ArgumentParser(description="Draws the results of `lagless paper`, and writes the page that shows them.")
     parser.add_argument("folder", type=pathlib.Path)
     options = parser.parse_args()
     try:

@@ -1,10 +1,10 @@
-"""The look that all pictures share: palette, matplotlib's settings, curves of few points, saving."""
+"""The style of all pictures: palette, settings of matplotlib, curves with few points, saving."""
 import math
 
 # Okabe and Ito's palette: distinguishable with any colour vision, and by lightness in print.
 BLUE, ORANGE, GREEN, PURPLE, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000"
-WANTED = {"linestyle": (0, (4, 2)), "linewidth": 1.2, "zorder": 3}  # references and theory, over what follows them
-VERDICTS = {  # sign and class, in addition to the colour, for readers who do not see it; meaning
+WANTED = {"linestyle": (0, (4, 2)), "linewidth": 1.2, "zorder": 3}  # references and theory, drawn over the traces that follow them
+VERDICTS = {  # sign, class and meaning of a verdict; the sign is for readers who do not see the colour
     "reproduced": ("✓", "good", "agrees with the paper's number within the tolerance"),
     "reproduced in kind": ("≈", "kind", "the behaviour is the paper's; the number differs or the print has none"),
     "not reproduced": ("✗", "bad", "the paper's statement was not found"),
@@ -15,7 +15,7 @@ MISSING = "matplotlib is missing: run tools/setup demo, or install python3-matpl
 
 
 def pyplot(**settings):
-    """matplotlib's pyplot in our look, `settings` besides; ImportError where it is missing."""
+    """matplotlib's pyplot in the style of this project, with additional `settings`; ImportError if it is missing."""
     import matplotlib
     matplotlib.use("Agg")
     matplotlib.rcParams.update({
@@ -28,7 +28,8 @@ def pyplot(**settings):
 
 
 def outline(time, values, most=4000):
-    """The same curve with fewer points: least and largest of each stretch, so that no peak is lost, and every gap (NaN)."""
+    """The same curve with fewer points: the smallest and the largest value of each section, so that no peak is lost, and every gap
+    (NaN)."""
     count = len(time)
     if count <= most:
         return time, values
@@ -46,7 +47,8 @@ def outline(time, values, most=4000):
 
 
 def save(figure, png):
-    """PNG, and the same picture as SVG in the same folder; each call writes the same octets. OSError where it cannot be written."""
+    """Writes a PNG, and the same picture as SVG in the same folder. Each call writes the same octets. OSError if a file cannot be
+    written."""
     png.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(png, metadata={"Software": None})
     figure.savefig(png.with_suffix(".svg"), metadata={"Date": None})

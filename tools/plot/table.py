@@ -4,7 +4,7 @@ import math
 
 
 class InputError(Exception):
-    """Names the file, and the line or column, that is wrong."""
+    """An error in a file; the text names the file, and the line or column."""
 
 
 RPM = 30.0 / math.pi

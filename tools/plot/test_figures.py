@@ -25,7 +25,7 @@ if DRAWS:
     import style
 
 LOOPS = {100: (0, 12, 25, 40), 200: (0, 25, 50, 81)}
-TRACES = {  # runs, quantities, columns besides
+TRACES = {  # runs, quantities, additional columns
     "fig05": (["sign", "sigmoid"], ["k_f_alpha[1/A]"], []),
     "fig10": (["sign", "sigmoid"], ["speed[r/min]", "speed_hat[r/min]", "theta[rad]", "theta_hat[rad]",
                                     "theta_err[mrad]"],
@@ -213,7 +213,7 @@ class Pictures(unittest.TestCase):
         return random.Random(f"figures {seed}").sample(list(self.figures), 2)
 
     def once(self, name):
-        """As it is, drawn for all tests."""
+        """The unchanged report, drawn once for all tests."""
         if name not in self.kept:
             self.kept[name] = self.draw(name)
         return self.kept[name]
@@ -281,7 +281,7 @@ class Pictures(unittest.TestCase):
             pictures.draw({"id": "fig99"}, [], None, self.folder, self.manifest)
 
     def drawn(self, name):
-        """Axes of a picture, not saved."""
+        """The axes of a picture, which is not saved."""
         data = self.data(name)
         sheet = pictures.DRAWN[name](self.figures[name], figures.layouts(self.figures[name], data), data, self.manifest)
         return sheet
@@ -304,7 +304,7 @@ class Pictures(unittest.TestCase):
     def test_an_error_beyond_half_a_turn_leaves_the_axis_and_is_reported(self):
         axis = self.drawn("fig15").figure.axes[7]
         self.assertIn("error", axis.get_ylabel())
-        self.assertLess(axis.get_ylim()[1], 10.0)  # the held ones swing by 3 mrad
+        self.assertLess(axis.get_ylim()[1], 10.0)  # the locked estimates swing by 3 mrad
         self.assertTrue(any("beyond the axis" in text.get_text() for text in axis.texts))
 
     def test_no_legend_lies_on_data_and_nothing_is_cut_off(self):

@@ -74,7 +74,7 @@ class Map(unittest.TestCase):
     def test_missing_matplotlib_is_reported(self):
         self.json.write_text(json.dumps(points()))
         run = subprocess.run([sys.executable, "-B", "-I", "-S", SCRIPT, self.json, self.png], stderr=subprocess.PIPE, text=True,
-                             check=False)  # no packages at all
+                             check=False)  # a Python without any packages
         self.assertEqual(run.returncode, 3, run.stderr)
         self.assertIn("matplotlib is missing", run.stderr)
 
@@ -100,7 +100,7 @@ class Map(unittest.TestCase):
 
     @unittest.skipUnless(DRAWS, "no matplotlib")
     def test_titles_of_neighbours_have_room_with_one_speed(self):
-        """A character of 9 points is 0.06 inches wide on average; 200 dots an inch."""
+        """A character of 9 points is 0.06 inches wide on average; the picture has 200 dots per inch."""
         width, _ = self.draw(points((300,), (2.09576, 4.5, 6.98586)))
         self.assertGreater(width, 3 * len("2.096 N m, adaptation off: speed [r/min]") * 0.06 * 200)
 

@@ -150,7 +150,7 @@ class Report(unittest.TestCase):
         for words in ("sign &lt;and&gt; sigmoid", "a &amp; b", "R &lt; 1 &amp; more", "the print errs", "var uPlot",
                       "License &lt;of uPlot&gt;", "abc123", "ideal: <span"):
             self.assertIn(words, text)
-        self.assertEqual(text.count('data-row="fig04.a.ideal"'), 2)  # verdicts, and its figure
+        self.assertEqual(text.count('data-row="fig04.a.ideal"'), 2)  # in the table of verdicts, and in its figure
 
     @unittest.skipUnless(DRAWS, "no matplotlib")
     def test_without_uplot_the_page_reports_it_and_shows_the_pictures(self):
@@ -171,7 +171,7 @@ class Report(unittest.TestCase):
 
 
 def unpack(meta, octets):
-    """What page.js does."""
+    """Tests of page.js."""
     count = len(octets) // 4
     values, code = [], 0
     for i in range(count):

@@ -1,8 +1,9 @@
-/* The work of the background, on a target, in which tools/cost counts the instructions. With interrupts off:
- * parameters changed with the bridge on and off, a request, the background's look. And each task of its list,
- * with what makes it long, talk_step with each command of a client, the orders but those of the memory, and
- * the steps that bring a set to a memory on the I2C bus. app.c and hal/ as they are; the registers are
- * memory, whose accesses are calls here, where they are single stores on silicon. 0: all went as on the chip.
+/* Runs the work of the background on a simulated target, where tools/cost counts the instructions. With
+ * interrupts off: a change of parameters with the bridge on and off, a request, and the self-check. Then each
+ * task of the list in its longest case, talk_step with each command of a client, the orders except those of
+ * the memory, and the steps that write a set into a memory on the I2C bus. app.c and hal/ are unchanged. The
+ * registers are memory, and each access is a function call, while it is a single store on the chip. Exit
+ * status: 0 if every step had the expected result.
  */
 #include <stdio.h>
 
@@ -71,7 +72,7 @@ void bus_interrupts_disable(void)
 {
 }
 
-/* Blank, and left so. */
+/* The memory is blank and stays blank. */
 uint16_t bus_flash(uint32_t address)
 {
     (void)address;
@@ -125,7 +126,7 @@ void bus_wait(uint32_t cycles)
     (void)cycles;
 }
 
-/* All legs tripped, as they are while the bridge is off. */
+/* All legs are tripped, as while the bridge is off. */
 static void trip(void)
 {
     for (uint16_t n = 1u; n <= 6u; n++) {
@@ -133,7 +134,8 @@ static void trip(void)
     }
 }
 
-/* Each task several times: the self-test is due, a value was learnt, and the bridge is on and off. */
+/* Runs each task several times: when the self-test is due, when a value was learnt, and with the bridge on
+ * and off. */
 static void run_list(void)
 {
     for (uint32_t n = 0u; n < 40u; n++) {
@@ -144,7 +146,7 @@ static void run_list(void)
     }
 }
 
-/* A command as a client sends it on the serial line, given to the background whole. */
+/* Gives the background a complete command of a client, in the form of the serial line. */
 static void send(const uint8_t *packet, uint32_t count)
 {
     static uint32_t counter;
@@ -162,7 +164,7 @@ static void send(const uint8_t *packet, uint32_t count)
     }
 }
 
-/* The commands of a client that reads and sets, and the longest of each kind. */
+/* The commands of a client that reads and sets values; of each kind the longest. */
 static bool talk(void)
 {
     static const uint8_t connect[] = {0xFF, 0};
@@ -180,7 +182,7 @@ static bool talk(void)
     frames_put_long(&place[4], 4u * last->id);
     frames_put_long(&download[2], table_bits(last, &app->staged));
     send(place, sizeof place);
-    send(place, sizeof place); /* an address and a value act only when they were received twice */
+    send(place, sizeof place); /* an address and a value take effect only when they were received twice */
     send(download, sizeof download);
     send(download, sizeof download);
     frames_put_long(&place[4], 4u * params_table.rows[0].id);
@@ -206,14 +208,15 @@ static bool run_orders(void)
     app->drive.state = (int32_t)DRIVE_READY;
     app->staged = app->active;
     app->staged.speed_kp *= 0.9f;
-    (void)order(ORDER_LOAD); /* nothing is stored: the drive reads the empty storage, and refuses */
+    (void)order(ORDER_LOAD); /* The memory is empty, so that the drive reads it and refuses the order. */
     (void)order(ORDER_CAPTURE_ARM);
     return order(ORDER_APPLY) && order(ORDER_CAPTURE_RELEASE) && order(ORDER_DEFAULTS);
 }
 
-/* ---- a memory on the I2C bus, which this board has not: what parameters_step() does on one that has ---- */
+/* ---- a memory on the I2C bus, which this board does not have: the work of parameters_step() on a board with
+ * one ---- */
 
-#define MEMORY_WORDS 280u /* of a page, in the mirror */
+#define MEMORY_WORDS 280u /* offset of a page in the mirror */
 
 static uint16_t memory[2u * MEMORY_WORDS], mirrored[2u * MEMORY_WORDS];
 static uint32_t read_from, bus_clock;
@@ -276,7 +279,7 @@ int main(void)
     trip();
 
     bool good = true;
-    app->staged.dead_time *= 1.5f; /* with the bridge off registers change, too */
+    app->staged.dead_time *= 1.5f; /* with the bridge off the registers change as well */
     app->staged.encoder_lines /= 2;
     app->staged.speed_kp *= 0.9f;
     good = app_apply(&why) && good;

@@ -1,11 +1,13 @@
-/* A plugin of QEMU for tools/cost: which blocks of instructions a program enters, in their order. In the
- * folder that is named, blocks.txt has the address of each block that QEMU translates, a line each, and
- * entered.bin the number of each block that is entered, counted from 0, in 16 bits, lowest octet first.
+/* A plugin of QEMU for tools/cost: records the blocks of instructions that a program enters, in their order.
+ *It writes two files into FOLDER. blocks.txt has one line for each block that QEMU translates, with its
+ *address. entered.bin has the number of each block that is entered, counted from 0, in 16 bits, lowest octet
+ *first.
  *
- * -plugin FILE,folder=FOLDER[,range=FIRST-LAST]...   of blocks that begin in one of the ranges; without a
- * range of all
+ * -plugin FILE,folder=FOLDER[,range=FIRST-LAST]...   records the blocks that begin in one of the ranges;
+ *                                                    without a range all blocks
  *
- * The declarations are those of QEMU's plugin API (qemu-plugin.h), which its packages do not bring along. */
+ * The declarations are copied from QEMU's plugin API (qemu-plugin.h), because the packages of QEMU do not
+ * contain this header. */
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -26,7 +28,7 @@ uint64_t qemu_plugin_tb_vaddr(const struct qemu_plugin_tb *tb);
 EXPORT extern int qemu_plugin_version;
 int qemu_plugin_version = PLUGIN_VERSION;
 
-enum { RANGES = 1000, BLOCKS = 0xD800 }; /* numbers that are characters of UTF-16 by themselves */
+enum { RANGES = 1000, BLOCKS = 0xD800 }; /* the numbers that are complete characters of UTF-16 */
 
 static struct {
     uint64_t first, last;

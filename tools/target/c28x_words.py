@@ -1,5 +1,5 @@
-"""How many 16-bit words the code of a function takes on a C28x with FPU32: estimated from the code of a Cortex-M4F, instruction
-by instruction. For tools/cost and tools/check-linker.
+"""Estimates how many 16-bit words the code of a function takes on a C28x with FPU32, from the instructions of its code for a Cortex-M4F.
+tools/cost and tools/check-linker use it.
 
 Each instruction of the M4F (GCC, -O2) counts as the instructions that cl2000 writes for the same operation. Their sizes are those of
 SPRU430 and SPRUEO2; the additional instructions were counted in listings of a motor drive that was built with cl2000 22.6.2 (EABI, fpu32,
@@ -11,9 +11,9 @@ SPRU430 and SPRUEO2; the additional instructions were counted in listings of a m
     a division or root is a call of the fast library, with its operands moved to R0H and R1H and back
 
 Least and most are the limits of what differs between compilers: few or many NOPs, one index register for two accesses or one for each,
-one-word or two-word integer instructions, choices by MINF32 and MAXF32 or by branches. Not in it: spills, for a C28x has 8 float registers
-and an M4F 32 (3 % of the accesses of those listings went to the stack), and what -O2 of the one inlines and of the other does not.
-As C28x code the listings' dense parts take 1.44 to 1.55 words an instruction. Take the likely number for +-15 %.
+one-word or two-word integer instructions, choices by MINF32 and MAXF32 or by branches. Not included are spills (a C28x has 8 float
+registers, an M4F 32; in those listings 3 % of the accesses went to the stack), and differences in the inlining of both compilers. The
+dense parts of the listings take 1.44 to 1.55 words per instruction. The accuracy of the likely number is about +-15 %.
 """
 import pathlib
 import re
@@ -22,12 +22,12 @@ import subprocess
 REACH = 7  # [words] *+XARn[k]
 STACK_REACH = 63  # [words] *-SP[k]
 
-FLOAT = (2.2, 2.4, 2.83)  # and its NOPs
+FLOAT = (2.2, 2.4, 2.83)  # with its NOPs
 NEAR_FLOAT, FAR_FLOAT = (2, 2, 2), (2.5, 3, 3)  # MOV32; with MOVB AR0
 NEAR, FAR, INDEXED = (1, 1, 2), (1.5, 2, 3), (3, 4, 5)  # MOVL
 SHORT, LONG = (2, 2, 2), (4, 4, 4)  # MOVIZ; MOVIZ and MOVXI
 INTEGER = (1, 1.4, 2)
-SIZES = (  # the first that fits the mnemonic
+SIZES = (  # the first row that fits the mnemonic is used
     (r"v(div|sqrt)", (4, 6, 8)),
     (r"v(n?mul|n?ml[as]|fn?m[as]|add|sub)", FLOAT),
     (r"vcmp", (2, 2, 2)),
@@ -125,11 +125,11 @@ def of_object(path, objdump="arm-none-eabi-objdump"):
     return of_listing(subprocess.run([objdump, "-d", str(path)], stdout=subprocess.PIPE, text=True, check=True).stdout)
 
 
-STAND_IN = ("-D__TMS320C2000__", "-D__cregister=", "-D__interrupt=", "-D__asm(text)=((void)0)")  # as tools/check-linker has it
+STAND_IN = ("-D__TMS320C2000__", "-D__cregister=", "-D__interrupt=", "-D__asm(text)=((void)0)")  # as in tools/check-linker
 
 
 def compiled(path, options, folder, compiler="arm-none-eabi-gcc"):
-    """The object of a source that the M4F's build does not have."""
+    """Compiles a source that the build for the M4F does not have, and returns the object."""
     made = pathlib.Path(folder, f"{path.stem}.o")
     header = str(pathlib.Path(__file__).resolve().parent / "include/c28x.h")
     subprocess.run([compiler, "-std=c99", "-O2", "-c", "-w", "-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard",
@@ -139,7 +139,7 @@ def compiled(path, options, folder, compiler="arm-none-eabi-gcc"):
 
 
 def of_source(path, options, folder, compiler="arm-none-eabi-gcc"):
-    """The same of a source that the M4F's build does not have, which is compiled here."""
+    """The words of the functions of a source that the build for the M4F does not have, and that is compiled here."""
     return of_object(compiled(path, options, folder, compiler), compiler.removesuffix("gcc") + "objdump")
 
 

@@ -1,4 +1,5 @@
-# Cortex-M4F with hard float, simulated: QEMU's board mps2-an386; files, console and exit code by semihosting.
+# Builds for a simulated Cortex-M4F with hardware floating point: the board mps2-an386 of QEMU. Semihosting provides
+# files, console and exit code.
 include("${CMAKE_CURRENT_LIST_DIR}/need.cmake")
 lagless_need(m4f arm-none-eabi-gcc gcc-arm-none-eabi)
 lagless_need_library(m4f arm-none-eabi-gcc rdimon.specs libnewlib-arm-none-eabi)

@@ -1,5 +1,6 @@
-"""cppcheck's addon for MISRA as it is, in half the time: imported, so that Python keeps it compiled, and without collecting garbage.
-cppcheck starts Python for each source; check-dialect gives it this file, its runaddon.py puts the folder of misra.py on the path."""
+"""Runs the unchanged MISRA addon of cppcheck in half the time: it is imported, so that Python stores the compiled form, and the
+garbage collection is off. cppcheck starts Python for each source; tools/check-dialect passes this file to cppcheck, whose
+runaddon.py adds the folder of misra.py to the path."""
 import gc
 
 gc.disable()

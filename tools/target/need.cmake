@@ -1,4 +1,4 @@
-# What a preset cannot do without, and the package that brings it.
+# Ends the configuration with a message if a program that a preset needs is missing, and names the package that contains it.
 function(lagless_need preset program package)
     find_program(found ${program} NO_CACHE)
     if(NOT found)
@@ -6,7 +6,7 @@ function(lagless_need preset program package)
     endif()
 endfunction()
 
-# A file that this compiler brings with its library.
+# The same for a file of the compiler's library.
 function(lagless_need_library preset compiler file package)
     execute_process(COMMAND ${compiler} -print-file-name=${file} OUTPUT_VARIABLE found OUTPUT_STRIP_TRAILING_WHITESPACE)
     if(NOT IS_ABSOLUTE "${found}")

@@ -1,7 +1,6 @@
-/* Writes a recording (recording.h): an ordinary second, and what is rare, forced, so that the longest
- * interrupt is among them. The linker passes the interrupt's drive_step and the background's drive_prepare
- * through here
- * (--wrap), so that the inputs and outputs of the real functions are recorded.
+/* Writes a recording (recording.h) of an ordinary second and of forced rare events, so that it contains the
+ *longest interrupt. The linker redirects the calls of drive_step by the interrupt and of drive_prepare by the
+ *background to this program (--wrap), which records the inputs and outputs of the real functions.
  *
  * usage: record FILE */
 #include <math.h>
@@ -73,7 +72,7 @@ bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
         tampering(&taken);
     }
     if (recorded++ == 0u) {
-        put_table(&params_table, &prepared); /* an offer before the first period acts at once */
+        put_table(&params_table, &prepared); /* an offer before the first period takes effect at once */
     }
     put(drive->offered);
     if (drive->offered != 0u) {
@@ -93,7 +92,7 @@ bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
 /* ---- steps of a part ---- */
 
 static rig_t *rig;
-static bool good; /* the part has had the intended course so far */
+static bool good; /* every condition of the part has been met so far */
 
 static void set(const char *name, double value)
 {
@@ -119,7 +118,7 @@ static void expect_at(bool as_meant, int line)
     good = good && as_meant;
 }
 
-/* What must hold here. */
+/* Records whether a condition of the part is met. */
 #define expect(as_meant) expect_at(as_meant, __LINE__)
 
 static void run(uint32_t periods)
@@ -132,7 +131,7 @@ static bool operating(void)
     return value("state") == (double)DRIVE_OPERATION_ENABLED;
 }
 
-/* With the rotor's frame, caught or handed over if there is no encoder. */
+/* Waits until the drive runs in the frame of the rotor; without an encoder after a catch or a hand-over. */
 static bool running(void)
 {
     return operating() && value("manoeuvre") == (double)MANOEUVRE_RUN;
@@ -147,7 +146,7 @@ static void run_to(manoeuvre_t manoeuvre, uint32_t most)
     expect(operating() && value("manoeuvre") == (double)manoeuvre);
 }
 
-/* The same, while a new tuning is taken in every period: in the one in which a manoeuvre ends, too. */
+/* The same, while a new tuning is taken in every period, also in that in which a manoeuvre ends. */
 static void take_to(manoeuvre_t manoeuvre, uint32_t most)
 {
     for (uint32_t n = 0; n < most && value("manoeuvre") != (double)manoeuvre; n++) {
@@ -165,11 +164,11 @@ static void stage(double position_source)
     set("estimate_time", 10.0);
 }
 
-/* [periods] from the power-on to operation: 20 ms of quiet, and four windows. */
+/* [periods] from power-on to operation: a wait of 20 ms, and four windows. */
 #define SWITCHING_ON (DRIVE_PERIODS(20e-3f) + 5u * DRIVE_WINDOW)
 
 /* A shaft that is turned from outside at this speed [r/min], and a drive that is about to catch it, without
- * an encoder. This takes longer than the time for which a fault must have been absent. */
+ * an encoder. This takes longer than the time for which a fault must be absent before a restart. */
 static void catch_on_shaft(double speed)
 {
     apply();
@@ -200,7 +199,7 @@ static void at_the_rail(drive_samples_t *samples)
     samples->i_b = DRIVE_CURRENT_MAX;
 }
 
-/* All that is counted before it stops the drive. */
+/* Samples that increase every counter of faults. */
 static void hot_and_late(drive_samples_t *samples)
 {
     samples->sink_temperature = 200.0f;
@@ -280,7 +279,7 @@ static void nothing_learnt(void)
     learning(false);
 }
 
-/* The loop is locked at the speed where that takes longest. */
+/* The loop locks at the speed at which this takes longest. */
 static void catch_it(void)
 {
     stage(1.0);
@@ -309,7 +308,7 @@ static void cold_start(void)
     run_to(MANOEUVRE_RAMP, 410);
     run_to(MANOEUVRE_HANDOVER, 4000);
     take_to(MANOEUVRE_RUN, 9000);
-    run(600); /* faster than at a hand-over: a slower rotor goes on in the forced frame */
+    run(600); /* faster than at a hand-over, because a slower rotor continues in the forced frame */
     set("estimate_time", 0.001);
     set("estimate_speed_min", 100.0);
     apply();
@@ -317,7 +316,7 @@ static void cold_start(void)
     set("estimate_time", 10.0);
     set("estimate_speed_min", 0.0);
     apply();
-    take_to(MANOEUVRE_RUN, DRIVE_PERIODS(100e-3f)); /* after four windows of the EMF have agreed */
+    take_to(MANOEUVRE_RUN, DRIVE_PERIODS(100e-3f)); /* after the EMF of four windows has been consistent */
     set("speed_request", 0.0);
     take_to(MANOEUVRE_FORCED, 1500);
     set("speed_request", -300.0 * RPM);
@@ -382,7 +381,7 @@ static void voltage_limit(void)
     expect(running() && value("i_d_ref") < -1.0);
 }
 
-/* A current near zero at low speed: its leg's voltage is in doubt, and the loop coasts. */
+/* A current near zero at low speed: the voltage of its leg is uncertain, and the loop coasts. */
 static void doubt(void)
 {
     stage(1.0);
@@ -417,7 +416,7 @@ static void everything(void)
     apply();
     run(760);
     tampering = hot_and_late;
-    for (uint32_t n = 0; n < 75u; n++) { /* the false link takes the estimate along: unlocked */
+    for (uint32_t n = 0; n < 75u; n++) { /* the wrong link voltage disturbs the estimate, which unlocks */
         apply();
         run(1);
     }
@@ -488,7 +487,7 @@ static void paper_sigmoid(void)
 }
 
 static const struct {
-    const char *name; /* at most 31 characters */
+    const char *name; /* name: at most 31 characters */
     uint32_t periods; /* a second: 0 */
     bool must_fit;
     void (*steps)(void);
@@ -508,7 +507,7 @@ static const struct {
     {"paper sigmoid per axis", 540, false, paper_sigmoid},
 };
 #define PARTS (sizeof parts / sizeof parts[0])
-_Static_assert(PARTS <= RECORDING_PARTS, "a replay has no room for so many");
+_Static_assert(PARTS <= RECORDING_PARTS, "too many parts for the memory of a replay");
 
 static uint32_t periods_of(size_t part)
 {
@@ -549,8 +548,8 @@ static bool part(size_t number)
                value("fault_reason"));
     }
     if (!good) {
-        fprintf(stderr, "record: %s: the drive did not run as wished: %s\n", parts[number].name,
-                rig != NULL ? rig_error(rig) : "no memory");
+        fprintf(stderr, "record: %s: the drive did not meet a condition of this part: %s\n",
+                parts[number].name, rig != NULL ? rig_error(rig) : "no memory");
     }
     rig_free(rig);
     return good;
@@ -559,7 +558,7 @@ static bool part(size_t number)
 int main(int argc, char **argv)
 {
     if (argc != 2 || (file = fopen(argv[1], "wb")) == NULL) {
-        fprintf(stderr, "usage: record FILE, which must be writable\n");
+        fprintf(stderr, "usage: record FILE; FILE must be writable\n");
         return 2;
     }
     put_contents();

@@ -62,7 +62,7 @@ static void compare(const char *name, uint32_t here, bool counts)
     }
 }
 
-/* The fast task. true: the medium task has a window to work on. */
+/* Runs the fast task. Returns true if the medium task has a window to process. */
 static bool fast_period(void)
 {
     drive_command_t command;

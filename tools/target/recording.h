@@ -8,13 +8,13 @@
  *                  all slots of the parameters with which the drive is made, because a part is a power-on
  *     each period  1, all slots of the parameters whose tuning is offered to this step, and the assumed
  *                  values; or 0
- *                  all slots of the requests in force
+ *                  all slots of the active requests
  *                  samples
  *                  all slots of the signals after the step
  *                  command: duties, gates, outputs
  *
  * Slots are in the order of their table; a float is its bits. The magic number identifies the estimator of
- * the drive. The first part is an ordinary second; the others force what is rare. */
+ * the drive. The first part is an ordinary second; the others force rare events. */
 #ifndef TESTS_TARGET_RECORDING_H
 #define TESTS_TARGET_RECORDING_H
 

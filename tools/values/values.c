@@ -1,5 +1,5 @@
-/* Every input and every state that the fixed-point estimator can have, for the value analysis
- * (tools/check-values).
+/* Declares every input and every state that the fixed-point estimator can have, for the value analysis
+ *(tools/check-values).
  *
  * The ranges of formats.h and of the structs' comments are declared here; one call of each kind is made in
  * any state in them with any samples. The results are asserted to be in the same ranges again, so that the
@@ -11,7 +11,7 @@
 
 #define ONE(n) (INT32_C(1) << (n))
 
-/* Sine and cosine, with the bound that interval arithmetic gives: a quarter more than 1. */
+/* Sine and cosine, with the limit that follows from interval arithmetic: 1.25. */
 #define ROTATION_MOST (ONE(30) + ONE(28))
 
 static int32_t any(int32_t min, int32_t max)
@@ -160,7 +160,7 @@ static estimator_q_t any_state(int32_t switching, int32_t lag)
     return est;
 }
 
-/* The ranges of any_state(), of the state after a step. */
+/* Asserts that the state after a step is in the ranges of any_state(). */
 static void check(const estimator_q_t *est)
 {
     const ab_q_t x = est->smo.current_err;

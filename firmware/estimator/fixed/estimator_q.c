@@ -115,7 +115,7 @@ static position_q_t one_period_q(estimator_q_t *est, ab_q_t voltage, ab_q_t curr
     est->emf = lag_emf_q(&est->smo, (lag_mode_t)est->tuning.lag, est->pll.omega_e);
     est->coasted = doubtful;
 
-    /* The clamp changes nothing; the value analysis needs it. */
+    /* The clamp has no effect, but the value analysis needs it to derive the range. */
     const ab_q_t measured = {q_clamp(current.alpha, SAMPLE_LARGEST), q_clamp(current.beta, SAMPLE_LARGEST)};
     const int64_t acceleration = acceleration_of(est, measured);
     if (doubtful) {

@@ -47,8 +47,8 @@ bool per_unit_check(const estimator_params_t *params, params_error_t *why)
     const float emf_cutoff = estimator_parts(params).observer.smo.emf_cutoff;
     const float flux_unit = base.voltage * base.turn_per_rad; /* U T/2 pi [Wb] */
     const float turns = base.turn_per_rad * base.period;      /* T^2/2 pi */
-    return params_within(why, "period", "fixed point: speeds of 20 rad/s resolved", base.period, PERIOD_LEAST,
-                         1e-2f) &&
+    return params_within(why, "period", "the fixed-point estimator must resolve speeds of 20 rad/s",
+                         base.period, PERIOD_LEAST, 1e-2f) &&
            params_within(why, "inductance", "fixed point: L/T within 50 U/I", params->smo.inductance, 1e-6f,
                          INDUCTANCE_LARGEST * base.period * base.voltage / base.current) &&
            params_within(why, "slope", "fixed point: a_f/2 within 32/I", params->smo.slope, 1e-3f,
@@ -152,7 +152,7 @@ static pll_tuning_q_t pll_of(const pll_params_t *params, const bases_t *base)
     return q;
 }
 
-/* A limit of 0 means: not judged. */
+/* A limit of 0 means that the criterion is not judged. */
 static float limit_of(float value)
 {
     return value > 0.0f ? value : TWO_TO_32;

@@ -90,7 +90,7 @@ typedef struct {
     ab_t before;        /* current before the pulse; loop: e of the last two periods [A] */
 } excite_t;
 
-/* No excitation has begun. */
+/* Sets the state in which no excitation has begun. */
 void excite_init(excite_t *excite);
 
 /* The voltage [V] that is to act, in the stationary frame, from the current [A] at t_k; `acted` [V]: the

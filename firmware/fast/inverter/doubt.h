@@ -32,8 +32,10 @@
 #define DOUBT_SPEED_LIGHT    0.1f  /* [-] the same for a rotor whose speed can change during one crossing */
 #define DOUBT_TIME           5e-3f /* [s] duration of a crossing and its memory at the speeds in question */
 #define DOUBT_TURN           0.02f /* [rad] largest rotation in this time beyond the foreseen one */
-#define DOUBT_SHARE_FORESEEN 0.1f  /* [-] DOUBT_SHARE while the speed changes as expected */
-#define DOUBT_SPEED_FORESEEN 3.0f  /* [rad/s] DOUBT_SPEED_STEADY in the same case */
+#define DOUBT_SHARE_FORESEEN 0.1f  /* [-] replaces DOUBT_SHARE while the speed changes as expected */
+#define DOUBT_SPEED_FORESEEN                                                                                 \
+    3.0f /* [rad/s] replaces DOUBT_SPEED_STEADY while the speed changes as expected                          \
+#*/
 
 typedef struct {
     float current;           /* phase current below which the loss of a leg is in doubt [A]; 0: never */

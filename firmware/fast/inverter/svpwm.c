@@ -19,7 +19,7 @@ svpwm_tuning_t svpwm_prepare(float duty_min, float duty_max, bool over)
     return (svpwm_tuning_t){0.5f * (duty_min + duty_max), range, over ? CORNER_SPAN * range : range, over};
 }
 
-/* The vector, shortened in its direction to the edge of the hexagon. */
+/* Shortens the vector to the edge of the hexagon, without a change of its direction. */
 static svpwm_t shortened(const svpwm_tuning_t *tuning, ab_t voltage, abc_t phases, float u_dc)
 {
     const bounds_span_t ends = bounds_span(phases.a, phases.b, phases.c);
@@ -35,7 +35,7 @@ static svpwm_t shortened(const svpwm_tuning_t *tuning, ab_t voltage, abc_t phase
     };
 }
 
-/* One leg in units of the range, `share` of it from the middle. */
+/* The duty of one leg that is `share` of the range away from its middle. */
 static float leg(const svpwm_tuning_t *tuning, float share)
 {
     return tuning->middle + tuning->range * bounds_clamp(share, 0.5f);

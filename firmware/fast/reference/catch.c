@@ -95,7 +95,7 @@ static rotation_t direction(ab_t emf, float omega_e)
     return (rotation_t){-share * emf.alpha, share * emf.beta};
 }
 
-/* A vector [V], rotated by the rotation of the rotor in this time [s]. */
+/* Rotates a vector [V] by the angle that the rotor turns in this time [s]. */
 static ab_t turned_on(const catch_t *catching, ab_t emf, float time)
 {
     static const rotation_t none = {0.0f, 1.0f};
@@ -155,7 +155,7 @@ static void find_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t las
         return;
     }
     const float signed_speed = catching->cross < 0.0f ? -speed : speed;
-    if (catching->periods > tuning->settled) { /* from here on `last` rotates */
+    if (catching->periods > tuning->settled) { /* from here on `last` is rotated with the rotor */
         catching->slip = slip_of(catching, tuning, last, emf, speed);
     }
     catching->omega_e = signed_speed + catching->slip;

@@ -160,11 +160,12 @@ void reference_follow_catch(reference_t *reference, const reference_tuning_t *tu
     const ab_t voltage = catch_voltage(catching, &tuning->catching, estimate->emf);
     demand->emf = (dq_t){voltage.alpha, voltage.beta};
     if (reference->outcome == (int32_t)CATCH_STANDING) {
-        return; /* the medium task sets the next step */
+        return; /* the medium task decides how to continue */
     }
     const catch_outcome_t outcome = catch_step(catching, &tuning->catching, estimate->emf,
                                                estimate->amplitude, FRAMES_ONE_OVER_SQRT_3 * u_dc);
-    if (outcome != CATCH_TURNING) { /* else in the next period: finding and locking both take long */
+    if (outcome != CATCH_TURNING) { /* otherwise the loop is locked in the next period, because finding the
+                                       rotor and locking both take long */
         reference->outcome = (int32_t)outcome;
     }
 }

@@ -63,7 +63,7 @@ static inline float share_of(float part, float rest)
     return part / (part + rest);
 }
 
-/* Square of the EMF's error across the EMF [V^2]. */
+/* Square of the component of the EMF's error that is perpendicular to the EMF [V^2]. */
 static inline float across(const angle_sigma_tuning_t *tuning, const angle_sigma_input_t *input)
 {
     const float d_square = square_of(input->current.d);
@@ -86,7 +86,7 @@ static inline float across(const angle_sigma_tuning_t *tuning, const angle_sigma
            tuning->resistance_square * d_square * of_r;
 }
 
-/* Square of the mean detector beyond twice what noise makes of the mean: noise of the mean has the share
+/* Square of the mean detector, minus twice the part that noise causes in it: noise of the mean has the share
  * mean_share/2 of the detector's variance [rad^2]. */
 static inline float lag_square(const angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning)
 {
@@ -104,6 +104,6 @@ void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
     const float variance = across(tuning, input) / square_of(input->amplitude) + lag_square(sigma, tuning) +
                            tuning->noise_share * sigma->square + square_of(sigma->drifted) +
                            square_of(ANGLE_SIGMA_LEAST);
-    const bool known = variance < square_of(ANGLE_SIGMA_UNKNOWN); /* false for an invalid number, too */
+    const bool known = variance < square_of(ANGLE_SIGMA_UNKNOWN); /* the comparison is also false for NaN */
     sigma->sigma = known ? root_or_none(variance) : ANGLE_SIGMA_UNKNOWN;
 }

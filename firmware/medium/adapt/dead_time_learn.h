@@ -49,7 +49,7 @@
 #define DEAD_TIME_LEARN_EMF_MAX   3.3f  /* [-] largest EMF of the speed over the same */
 #define DEAD_TIME_LEARN_TURN      2.0f  /* [rad] largest turn of the twelfth harmonic from step to step */
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] largest missing EMF of the speed over the same */
-#define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] least EMF of a period over that of the speed */
+#define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] least EMF of a step over that of the speed */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] least current over the zone */
 #define DEAD_TIME_LEARN_SWINGS                                                                               \
     4.0f /* [-] least current over the change that the EMF alone makes in T; leg_zone.h uses this value */

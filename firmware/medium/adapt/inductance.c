@@ -140,7 +140,7 @@ static bool looks_for_resistance(const inductance_t *x, float speed)
            x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
-/* An interval ends. What it has learnt before its cycles contradicted each other is not used. */
+/* Ends an interval. Values that it has learnt before its cycles contradicted each other are not used. */
 static void settle(inductance_t *x, bool failed)
 {
     if (x->confidence > CONFIDENT) {
@@ -292,8 +292,8 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave)
     x->swing.against_c = bounds_clamp(x->swing.against_c - part * x->swing.c, most);
 }
 
-/* A value moves towards the result of a cycle of this time [s] by its rate, which falls. It stays between
- * half and twice the parameter from which it started. */
+/* Moves a learnt value towards the result of a cycle with this duration [s] by its rate, and reduces the
+ * rate. The value stays between half and twice the parameter from which it started. */
 static void learn(const inductance_tuning_t *tuning, float time, float said, learnt_value_t *learnt,
                   float *rate)
 {
@@ -370,13 +370,13 @@ static float turned_part(const inductance_t *x, float change)
     return TWELFTH * x->tuning.time * x->omega * change;
 }
 
-/* The wave of the dither at t, -1..1. */
+/* The value of the dither's wave at t, -1..1. */
 static float wave_at(float t)
 {
     return 4.0f * t * (1.0f - bounds_magnitude(t));
 }
 
-/* The position in the wave that lies `by` later. */
+/* The position in the wave that follows by `by`. */
 static float later(float t, float by)
 {
     const float next = t + by;

@@ -63,7 +63,7 @@ static float median(float a, float b, float c)
     return c > more ? more : (c < less ? less : c);
 }
 
-/* A speed change has given this J [kg m^2], finite and above 0. */
+/* Processes the J [kg m^2], finite and above 0, that a change of the speed has given. */
 static void hear(inertia_t *x, float said)
 {
     const float least = x->tuning.from * (1.0f / INERTIA_RANGE);

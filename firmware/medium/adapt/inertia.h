@@ -49,7 +49,7 @@
 #define INERTIA_TORQUE_LEAST 0.02f   /* [-] of the current limit: mean of i_q - i_L on the way */
 #define INERTIA_LOAD_MOST    0.15f   /* [-] of that mean: largest load that may have been added */
 #define INERTIA_RANGE        5.0f    /* [-] largest factor between J and the parameter, up and down */
-#define INERTIA_LOAD_UNKNOWN 1e6f    /* [A] stands for an unknown load */
+#define INERTIA_LOAD_UNKNOWN 1e6f    /* [A] represents an unknown load */
 
 typedef struct {
     float from;         /* J of the parameters [kg m^2], above 0 */
@@ -175,8 +175,8 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
 
 /* The share with which the load estimate of the fast task follows i_q in each period. It is 0 on a way. The
  * loop compensates for a load that changes there, so a jump of i_L would be a load step for it: for some
- * time after the way i_L only `settles`. On a way through zero with a load of `most` it settles too, and all
- * of i_q is load once the rotor is near zero speed, or while the load is unknown. */
+ * time after the way i_L only `settles`. On a way through zero speed with a load of `most` it settles as
+ * well. All of i_q counts as load once the rotor is near zero speed, and while the load is unknown. */
 static inline float inertia_load_share(const inertia_t *x, const inertia_shares_t *shares)
 {
     if (x->under_way != 0u) {

@@ -27,7 +27,7 @@ static inline ab_t product(ab_t a, ab_t b)
     return (ab_t){a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
 }
 
-/* The learnt value follows the sum of the value in use and the remaining error, by `share` [-]. */
+/* Moves the learnt value by `share` [-] towards the sum of the value in use and the remaining error. */
 static void follow(unequal_leg_t *leg, float share, ab_t missed, float taken, float most)
 {
     const ab_t wrong = {missed.alpha + taken * leg->used.alpha - leg->seen.alpha,

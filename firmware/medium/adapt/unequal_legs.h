@@ -8,7 +8,7 @@
  *
  * The lines at three times the frequency of the current, one in each direction, come from the voltage alone:
  * no other part of a motor causes them (docs/theory.md, 25.1). The line against the current is attributed to
- * resistance, whatever its cause: it is removed from the input of the tracking loop in any case. With the
+ * resistance for any cause, because it is removed from the input of the tracking loop in any case. With the
  * rest e - m(e) of dead_time_learn.h and its direction u of the current
  *
  *     dV/dt = -g (3 pi/2) <(e - m(e)) u^3>,   dR/dt = 2 g <(e - m(e)) u>* / |I|

@@ -46,8 +46,8 @@ static float clear_amplitude(const angle_step_t *step, const commission_tuning_t
     return bounds_less(LEAST_PHASE - (CLEAR * results->current_zone + ripple) / step->bias, AMPLITUDE);
 }
 
-/* The voltage of the sine for this amplitude [A]; without a standing current the sine also has to pay for the
- * loss of the dead time. */
+/* The voltage of the sine for this amplitude [A]; without a standing current the sine must also contain the
+ * voltage that the dead time loses. */
 static float voltage_of(const angle_step_t *step, float amplitude, float turn,
                         const commission_tuning_t *tuning, const commission_results_t *results)
 {
@@ -133,8 +133,9 @@ static void add_harmonics(angle_harmonics_t *harmonics, rotation_t axis, float i
     harmonics->sin_2 += inverse * 2.0f * axis.cos * axis.sin;
 }
 
-/* A direction has its sums: on to the next one, or to the second round, or to the result. With a standing
- * current L is another one than without; the first direction of that round only finds it. */
+/* The sums of a direction are complete: continues with the next direction, with the second round, or with the
+ * result. L with a standing current differs from L without one; the first direction of the second round only
+ * measures it. */
 static commission_verdict_t next(angle_step_t *step, const commission_tuning_t *tuning,
                                  const commission_input_t *input, excite_order_t *order,
                                  commission_results_t *results)
@@ -187,8 +188,8 @@ static commission_verdict_t run_on(angle_step_t *step, const commission_tuning_t
                                                : next(step, tuning, input, order, results);
 }
 
-/* A window of the turn to the next direction. The held rotor does not follow, and the current may cross its
- * axis while it turns. */
+/* One window of the turn of the current to the next direction. The held rotor does not follow, so that the
+ * current may cross the axis of the rotor during the turn. */
 static void turn_on(angle_step_t *step, const commission_tuning_t *tuning, const commission_input_t *input,
                     const commission_results_t *results, excite_order_t *order)
 {

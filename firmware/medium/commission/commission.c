@@ -36,7 +36,7 @@ bool commission_turns(const commission_t *commission)
     return rows[commission->step].motion == TURNS_STEP;
 }
 
-/* The zero vector: nothing flows. */
+/* Orders the zero vector, at which no current flows. */
 static void rest(commission_t *commission)
 {
     const uint32_t serial = commission->order.serial;
@@ -176,7 +176,8 @@ static void finish(commission_t *commission, commission_verdict_t verdict)
     rest(commission);
 }
 
-/* A step that has used its time: turning steps name what they have waited for. */
+/* Ends a step that has exceeded its time. The reason of a turning step names the condition for which it has
+ * waited. */
 static commission_verdict_t late(const commission_t *commission, const commission_window_t *input)
 {
     if (!commission_turns(commission)) {

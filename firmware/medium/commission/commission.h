@@ -1,7 +1,7 @@
-/* Commissioning: what the drive finds out about an unknown motor by itself, step by step. The request
- * `commission` names a step; its end, the reason if it has none, and the results are signals. The bridge has
- * to be switched on for each step but the first, and the client that requested the step switches it off after
- * it.
+/* Commissioning: the drive measures the data of an unknown motor by itself, step by step. The request
+ * `commission` selects a step. Signals show its end, the results, or the reason why there is no result. The
+ * bridge has to be switched on for each step but the first, and the client that requested the step switches
+ * it off after it.
  *
  *     board        bridge off: noise of the current sensors, DC link
  *     wiring       pulses that move no rotor (wiring_step.h)

@@ -1,4 +1,5 @@
-/* What the steps of commissioning share: their inputs, their verdict, the limits, the results, the reasons.
+/* Types that the steps of commissioning share: their inputs, their state, the limits, the results, and the
+ * reasons.
  */
 #ifndef MEDIUM_COMMISSION_COMMISSION_TYPES_H
 #define MEDIUM_COMMISSION_COMMISSION_TYPES_H

@@ -18,8 +18,8 @@ void loop_step_begin(loop_step_t *step)
     *step = (loop_step_t){.phase = (int32_t)LOOP_BEGIN};
 }
 
-/* A rotor with L_q > L_d is aligned up to a limit only (docs/theory.md, 30). Where it has left the axis at
- * I_h, the steps of the reference stay within the current at which it was aligned. */
+/* A rotor with L_q > L_d is aligned only up to a limit of the current (docs/theory.md, 30). If it has left
+ * the axis at I_h, the steps of the reference stay within the current at which it was aligned. */
 static float standing_current(const commission_results_t *results)
 {
     return results->current_aligned < results->current_hold
@@ -66,7 +66,7 @@ static commission_verdict_t judge(const loop_step_t *step, const commission_tuni
     }
     const float least =
         results->inductance_d_least > 0.0f ? results->inductance_d_least : results->inductance_d;
-    /* L/R of few periods: see loop_step.h */
+    /* the correction for an L/R of few periods, see loop_step.h */
     const float x = results->resistance * tuning->period / least;
     const float bends = 1.0f - 0.5f * x / (1.0f + 0.75f * x / tuning->loop_gain);
     const float design = tuning->loop_gain * bends * results->inductance_d / least;

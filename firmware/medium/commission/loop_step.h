@@ -1,7 +1,6 @@
-/* The current loop, checked with the measured R and L: the current control of the drive itself works along
- * the axis of a standing current, and its reference steps between two values. With the period T and the
- * bandwidth w_c the loop is an integrator behind a delay of two periods, with the gain K = w_c T if the
- * measured L is right:
+/* Checks the current loop with the measured R and L: the current control of the drive works along the axis of
+ * a standing current, and its reference steps between two values. With the period T and the bandwidth w_c the
+ * loop is an integrator behind a delay of two periods, with the gain K = w_c T if the measured L is right:
  *
  *     e_k - e_k+1 = K e_k-1       e: reference minus current, in the periods after a step
  *

@@ -48,7 +48,7 @@ static void add(resistance_step_t *step)
     step->xy += x * y;
 }
 
-/* A current has settled: 0.3 I, 0.15 I, I_h, or I_h in a new direction. */
+/* Called when a current has settled: 0.3 I, 0.15 I, I_h, or I_h in a new direction. */
 static commission_verdict_t first_value(resistance_step_t *step, const commission_tuning_t *tuning,
                                         const commission_input_t *input, excite_order_t *order,
                                         commission_results_t *results)
@@ -163,7 +163,7 @@ static float level_of(const resistance_step_t *step, uint32_t level)
     return least + shares[level] * (step->current - least);
 }
 
-/* Mean of a level: true at its end, and the next one begins. */
+/* Adds a window to the mean of a level. True at the end of the level, at which the next one begins. */
 static bool is_averaged(resistance_step_t *step, const commission_tuning_t *tuning,
                         const commission_input_t *input)
 {

@@ -100,9 +100,9 @@ static float saturation_from(float l_less, float flux_less, float l_more, float 
     return s;
 }
 
-/* Amplitude of a run over its standing current [-]; 0: the run is left out. The phases b and c carry half of
- * the standing current and sqrt(3)/2 of the amplitude; neither the ripple nor the zone may bring them to
- * zero. */
+/* Amplitude of a run, divided by its standing current [-]; 0: the run is left out. The phases b and c carry
+ * half of the standing current and sqrt(3)/2 of the amplitude; neither the ripple nor the zone may bring them
+ * to zero. */
 static float amplitude_of(const sine_step_t *step, const commission_tuning_t *tuning,
                           const commission_results_t *results, float u_dc)
 {
@@ -203,7 +203,8 @@ static float variance_of(uint32_t run, const sine_step_t *step, const commission
     return 2.0f * share * share / samples;
 }
 
-/* I_s [A], and L_q without current in the results; 0: it is not known whether L_q depends on the current.
+/* Returns I_s [A], and stores L_q without current in the results. 0: it is not known whether L_q depends on
+ *the current.
  *
  * A relative change `bent` from the amplitude A_1 to A_2 is 3/8 (A_2^2 - A_1^2)/I_s^2, and L_q at the rated
  * current I is lower by 1/2 I^2/I_s^2: by 4/3 I^2/(A_2^2 - A_1^2) times `bent`. With this factor the errors

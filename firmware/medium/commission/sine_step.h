@@ -1,6 +1,6 @@
-/* L_d and L_q by a sine of voltage on a standing current so large that no phase changes its sign: the loss of
- * the dead time is then constant and drops out. Over whole periods of the sine, with the voltage that acted
- * and the current of the sample as complex numbers U and I,
+/* Measures L_d and L_q by a sine of voltage in addition to a standing current that is so large that no phase
+ * current changes its sign: the loss of the dead time is then constant and has no effect. Over whole periods
+ * of the sine, with the voltage that acted and the current of the sample as complex numbers U and I,
  *
  *     I = a z^-1 I + b U,   z = e^(j w T)      the exact law of a winding with a held voltage
  *     a = e^(-R T/L),  b = (1 - a)/R           L = (T/b) (1 - a)/(-ln a)

@@ -24,7 +24,8 @@ static inline void standing_point(standing_t *standing, float angle, excite_orde
     order->axis = trig_turn(standing->angle);
 }
 
-/* A hold from zero current at this angle [rad]: gains from L [H] and R [ohm] of the results. */
+/* Begins a hold with zero current at this angle [rad]; the gains follow from L [H] and R [ohm] of the
+ * results. */
 void standing_begin(standing_t *standing, float angle, float u_dc, const commission_tuning_t *tuning,
                     const commission_results_t *results, excite_order_t *order);
 

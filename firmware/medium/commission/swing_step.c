@@ -114,7 +114,7 @@ static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t be
         return;
     }
     const float omega_m = omega_e / tuning->pole_pairs;
-    const float until = motion->impulse + 0.5f * impulse; /* the speed is that of the middle */
+    const float until = motion->impulse + 0.5f * impulse; /* the speed is that of the middle of the window */
     swing_fit_t *fit = &step->fit;
     motion->impulse += impulse;
     motion->moving += omega_e > 0.0f ? time : -time;
@@ -168,7 +168,7 @@ static void add(swing_step_t *step, const commission_tuning_t *tuning, const swi
     }
 }
 
-/* The next direction: the jumps alternate between two directions. */
+/* Selects the next direction: the jumps alternate between two directions. */
 static void jump(swing_step_t *step, const commission_input_t *input, ab_t before,
                  const commission_results_t *results, excite_order_t *order)
 {
@@ -256,7 +256,7 @@ static ab_t begins_at(const swing_step_t *step, const commission_results_t *resu
     return (ab_t){psi * axis.cos, psi * axis.sin};
 }
 
-/* At rest after a jump. */
+/* Called when the rotor is at rest after a jump. */
 static commission_verdict_t judge(swing_step_t *step, const commission_input_t *input,
                                   commission_results_t *results, excite_order_t *order)
 {

@@ -1,5 +1,5 @@
-/* First values of psi_f and J, without a steady speed: a current turns the rotor by a third of a turn. They
- * are accurate enough for the rules of a start.
+/* Measures first values of psi_f and J without a steady speed: a current turns the rotor by a third of a
+ * turn. They are accurate enough for the rules of a start.
  *
  *     z(t) = int (u - R i - v) dt - L_d (i - i(0))     change of the magnets' flux, by the winding's law;
  *                                                      v: loss of the dead time

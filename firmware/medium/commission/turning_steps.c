@@ -35,7 +35,7 @@
 #define LOSS_REST    0.02f /* share of the dead time's loss that its compensation leaves in the EMF [-] */
 #define TURNED_MOST  0.04f /* of the push that i_d adds by the EMF's angle, at most [-] */
 #define PUSH_GROWTH  1.4f
-#define PUSH_WAIT    3.0f   /* [s] after which a push that does not suffice grows */
+#define PUSH_WAIT    3.0f   /* [s] after this time a push that is too weak is increased */
 #define SLICES       6.0f   /* of a push [-] */
 #define SLICE_SHORT  160.0f /* [windows] up to which a phase is one slice */
 #define SLICE_SHARE  0.9f   /* of the phase of the first cycle that the slices fill [-] */
@@ -213,7 +213,7 @@ static void begin_phase(torque_test_t *step, torque_phase_t phase)
     step->mean = (turning_mean_t){.windows = 0.0f};
 }
 
-/* A row of the fit. */
+/* Adds a row to the fit. */
 static void add_row(const torque_test_t *step, turning_fit_t *fit, float weight, turning_point_t point)
 {
     const float middle = 0.5f * (step->low + step->high); /* relative to it the fit is well conditioned */
@@ -221,7 +221,7 @@ static void add_row(const torque_test_t *step, turning_fit_t *fit, float weight,
     turning_fit_add(fit, x, weight * point.acceleration);
 }
 
-/* Windows of a slice of this phase. */
+/* Number of windows in a slice of this phase. */
 static uint32_t length_of(const torque_test_t *step)
 {
     return step->length[(uint32_t)step->phase - (uint32_t)TORQUE_UP];
@@ -397,7 +397,8 @@ static void end_phase(torque_test_t *step, torque_phase_t next)
     begin_phase(step, next);
 }
 
-/* Torque up, coast, brake. After the last push the rotor coasts for the time of the current's decay.
+/* The next phase: accelerate, coast, brake. After the last push the rotor coasts for the time of the
+ * current's decay.
  *
  * J is the difference of two torques over that of their accelerations. The variance of an acceleration falls
  * with the length of its phase, so that for a given time the sum of both variances is smallest if push and

@@ -1,4 +1,4 @@
-/* psi_f, J and friction of a motor that the drive runs without encoder.
+/* Measures psi_f, J and friction of a motor that the drive runs without encoder.
  *
  *     psi_f      means at a steady speed, with a current on the d axis that keeps the signs of the legs
  *                certain:   psi_f = |e|/omega - (L_d - L_q) i_d       e: back-EMF of the active flux
@@ -48,7 +48,7 @@ typedef struct {
     float torque;  /* [N m] */
 } turning_mean_t;
 
-/* A speed that has to be steady. */
+/* Detection of a steady speed. */
 typedef struct {
     uint32_t windows; /* [windows] at the speed */
     float omega_e;    /* low-passed estimate [rad/s] */

@@ -59,7 +59,7 @@ int32_t wiring_open_phase(const wiring_matrix_t *matrix)
     return least < OPEN_MOST * most ? open : 0;
 }
 
-/* The true currents behind measured ones, if the sensors are where the map says. */
+/* The true currents for these measured ones, if the sensors are connected as in this map. */
 static ab_t behind(ab_t measured, wiring_map_t map)
 {
     const abc_t seen = frames_inverse_clarke(measured);

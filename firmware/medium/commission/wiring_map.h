@@ -19,7 +19,7 @@ typedef struct {
     ab_t of_alpha, of_beta;
 } wiring_matrix_t;
 
-/* Where the sensors a and b are. */
+/* Legs and signs of the sensors a and b. */
 typedef struct {
     int32_t leg_a, leg_b;   /* [-] 0 to 2 */
     int32_t sign_a, sign_b; /* [-] 1 or -1 */
@@ -34,10 +34,10 @@ float wiring_rank(const wiring_matrix_t *matrix);
 /* The phase without an answer, 1 to 3; 0: each phase has one, and a sensor does not change. */
 int32_t wiring_open_phase(const wiring_matrix_t *matrix);
 
-/* How far this map is from the true one [-]: 0 for a round rotor with its true map. */
+/* Score of a map [-]: 0 for the true map of a round rotor, larger for others. */
 float wiring_score(const wiring_matrix_t *matrix, wiring_map_t map);
 
-/* The map with the least score. */
+/* The map with the smallest score. */
 wiring_map_t wiring_best(const wiring_matrix_t *matrix);
 
 static inline bool wiring_is_right(wiring_map_t map)

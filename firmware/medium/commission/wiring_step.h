@@ -5,8 +5,8 @@
  *     search        pulses in three directions, with a voltage that grows by a quarter, later a longer pulse,
  *                   until an answer reaches 0.1 of the largest current
  *     matrix        pulses in six directions: wiring_map.h
- *     less          the three directions with 0.85 of the voltage: the difference of two answers contains no
- *                   loss of the dead time, L = 0.15 U n T/(i(U) - i(0.85 U)) */
+ *     less the three directions with 0.85 of the voltage: the difference of two answers contains no loss of
+ *     the dead time, L = 0.15 U n T/(i(U) - i(0.85 U)) */
 #ifndef MEDIUM_COMMISSION_WIRING_STEP_H
 #define MEDIUM_COMMISSION_WIRING_STEP_H
 

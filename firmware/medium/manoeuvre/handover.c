@@ -13,7 +13,7 @@
 
 #define SALIENT_TIME  40e-3f /* [s] for a salient rotor */
 #define SALIENT_APART 0.7f   /* [-] for a salient rotor */
-#define EXCESS_ANY    1e6f   /* [A] for a salient rotor: any i_d may remain */
+#define EXCESS_ANY    1e6f   /* [A] limit for a salient rotor, which permits any remaining i_d */
 
 #define SPEED_APART  0.2f  /* [-] */
 #define LENGTH_MIN   0.65f /* [-] psi_f configured 30 % too large: 0.77; less by errors of the voltage */

@@ -36,7 +36,7 @@ typedef struct {
 
 typedef struct {
     float current_share;  /* of the fall of the current [-] */
-    float current_margin; /* beyond what the load needs [A] */
+    float current_margin; /* in addition to the current that the load needs [A] */
     float current_excess; /* largest remaining i_d [A] */
     float speed_apart;    /* [-] of the forced frame's speed */
     float mean_share;     /* of the mean of the current [-] */
@@ -82,7 +82,8 @@ static inline float handover_current(const handover_t *handover, float current, 
     return next < most ? next : most;
 }
 
-/* One step: estimate, its lock, speed of the forced frame [rad/s], current in the estimate's frame [A]. */
+/* One step of the judgement, from the estimate, its lock, the speed of the forced frame [rad/s], and the
+ * current in the estimate's frame [A]. */
 handover_outcome_t handover_step(handover_t *handover, const estimate_t *estimate, const lock_t *lock,
                                  float omega_forced, dq_t current);
 

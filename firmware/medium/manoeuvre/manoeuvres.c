@@ -84,7 +84,7 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
     run_take(&m->run, &tuning->run);
     m->limits = tuning->limits;
     const uint32_t other = source(m, m->limits.sensorless | m->encoder_lost);
-    m->other_source ^= other; /* two changes before the next window cancel each other */
+    m->other_source ^= other; /* two changes of the source before the next window cancel each other */
     if (other != 0u) {
         manoeuvres_judge(m, 0.0f, 0.0f); /* a reversal is judged only after run has measured the EMF */
     }

@@ -213,7 +213,7 @@ typedef struct {
 manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *assumed);
 reference_tuning_t reference_prepare(const params_t *params, const assumed_t *assumed);
 
-/* Takes these coefficients; off. */
+/* Sets these coefficients and the manoeuvre off. */
 void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
 
 /* Takes over new coefficients; the active manoeuvre continues. */

@@ -6,7 +6,7 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define PAUSE_PERIODS DRIVE_PERIODS(0.3f)   /* without current before another start */
+#define PAUSE_PERIODS DRIVE_PERIODS(0.3f)   /* time without current before another start */
 #define STALL_WINDOWS DRIVE_WINDOWS(50e-3f) /* with too little EMF */
 #define STALL_SHARE   0.6f                  /* [-] least share of the EMF of a rotor in step */
 #define LENGTH_SHARE                                                                                         \
@@ -200,7 +200,7 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     force_by(m, setpoint);
     const handover_outcome_t outcome =
         handover_step(&m->handover, estimate, &m->lock, forced, input->current);
-    if (outcome == HANDOVER_GOOD) { /* only the frame changes */
+    if (outcome == HANDOVER_GOOD) { /* only the frame changes at the hand-over, not the current */
         manoeuvres_enter_run(m, m->handover.mean, estimate->omega_smooth);
         manoeuvres_run_at(m, input, estimate->frame.omega_e, m->run.omega_m_ref, setpoint);
         setpoint->change = (int32_t)FRAME_TURNS;

@@ -11,8 +11,8 @@
  *
  *     |sum e| < 0.5 sum psi_a |omega|
  *
- * Such a loop does not come back: without the rotor's EMF its speed drifts as far as its limit, and control
- * would take it for an overspeed.
+ * Such a loop does not recover: without the rotor's EMF its speed drifts to its limit, and control would
+ * report an overspeed.
  *
  * One step per T; bounded, no division. */
 #ifndef MEDIUM_MANOEUVRE_PROOF_H

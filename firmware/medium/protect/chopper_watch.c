@@ -30,7 +30,8 @@ static void begin(chopper_watch_t *x, float u_dc)
     x->looks = 1u;
 }
 
-/* A look throughout which the chopper was on. The first one only stores the voltage at its end. */
+/* Evaluates a look in which the chopper was always on. The first such look only stores the voltage at its
+ * end. */
 static void look_at_effect(chopper_watch_t *x, const chopper_watch_tuning_t *tuning,
                            const chopper_watch_input_t *input)
 {

@@ -39,18 +39,21 @@
 #include "math/winding.h"
 
 /* Conditions of the fault table. */
-#define CURRENT_WATCH_STUCK UINT32_C(1)  /* a sensor does not show the current that must flow */
-#define CURRENT_WATCH_GAIN  UINT32_C(2)  /* the gain of all sensors, or of one, is wrong */
-#define CURRENT_WATCH_LOSS  UINT32_C(4)  /* no current flows through a phase */
-#define CURRENT_WATCH_SUM   UINT32_C(8)  /* three currents do not add up to zero */
-#define CURRENT_WATCH_MAYBE UINT32_C(16) /* one of the first three may follow: the EMF is not valid */
+#define CURRENT_WATCH_STUCK UINT32_C(1) /* a sensor does not show the current that must flow */
+#define CURRENT_WATCH_GAIN  UINT32_C(2) /* the gain of all sensors, or of one, is wrong */
+#define CURRENT_WATCH_LOSS  UINT32_C(4) /* no current flows through a phase */
+#define CURRENT_WATCH_SUM   UINT32_C(8) /* three currents do not add up to zero */
+#define CURRENT_WATCH_MAYBE                                                                                  \
+    UINT32_C(16) /* one of the first three conditions may follow, so that the EMF is                         \
+#not valid */
 
 typedef struct {
     float resistance;   /* R [ohm] */
     float inductance_d; /* L_d [H], > 0 */
     float inductance_q; /* L_q [H], > 0 */
     float flux_linkage; /* psi_f [Wb] */
-    float per_ampere;   /* K = 1.5 p^2 psi_f/J, for the rotor's acceleration [rad/s^2 per A]; 0: it stands */
+    float per_ampere;   /* K = 1.5 p^2 psi_f/J, for the rotor's acceleration [rad/s^2 per A]; 0: the rotor
+                           stands still */
     float dead_time;    /* of the legs over T [-]: part of the link that may be lost */
     float drop;         /* of a device [V] */
     float range;        /* range of the sensors in both directions [A] */

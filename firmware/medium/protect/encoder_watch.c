@@ -199,9 +199,9 @@ static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
     watch->off.beta += share * (off.beta - watch->off.beta);
 }
 
-/* True if the mean difference of at least two windows lies along the axis of one phase alone, and where it
- * was when it reached this axis. The EMF of a rotor that turns the other way is constant and may lie there;
- * that of a rotor whose encoder does not turn leaves it. */
+/* True if the mean difference of at least two windows lies along the axis of one phase alone, and has not
+ * moved since it reached this axis. The EMF of a rotor that turns the other way is constant and may lie
+ * there; that of a rotor whose encoder does not turn leaves it. */
 static bool is_of_a_phase(encoder_watch_t *watch)
 {
     const ab_t off = watch->off;
@@ -233,7 +233,7 @@ static bool is_elsewhere(const encoder_watch_t *watch, ab_t off)
            !is_along(off, noise_of(watch));
 }
 
-/* True if noise alone does not make the EMF's speed. */
+/* True if the EMF's speed is larger than noise alone can explain. */
 static bool is_beyond_noise(const encoder_watch_t *watch, float length)
 {
     const float turn = watch->omega_emf * length;

@@ -124,7 +124,7 @@ static inline void motion_watch_take(motion_watch_t *watch, const motion_watch_t
     watch->tuning = *tuning;
 }
 
-/* The shaft is not driven: the state is reset. */
+/* Resets the state, because the shaft is not driven. */
 static inline void motion_watch_rest(motion_watch_t *watch)
 {
     watch->settled = 0u;

@@ -70,7 +70,7 @@ static inline void oscillation_watch_take(oscillation_watch_t *watch,
     watch->tuning = *tuning;
 }
 
-/* The loop is open: the state is reset. */
+/* Resets the state, because the loop is open. */
 static inline void oscillation_watch_rest(oscillation_watch_t *watch)
 {
     watch->begun = 0u;

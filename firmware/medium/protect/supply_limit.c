@@ -68,7 +68,7 @@ static void limit(supply_limit_t *x, const supply_limit_tuning_t *tuning, float 
     }
 }
 
-/* 1: i_q has reached its limit, and this limit is below the drive's own. */
+/* 1: i_q has reached the limit by the supply, which is below that of the drive. */
 static uint32_t reached(float i, float limit, float most)
 {
     return limit < most && i > SUPPLY_LIMIT_NEAR * limit ? UINT32_C(1) : UINT32_C(0);

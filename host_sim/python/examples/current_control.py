@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A current controller in Python on the plant: a PI in the rotor frame, tuned by the winding, on every gate edge of the inverter.
+"""A current controller in Python that controls the plant: a PI control in the rotor frame, tuned by the data of the winding. The
+inverter is simulated with every gate edge.
 
 The shaft is held at a speed; the reference of i_q steps. A loop of bandwidth alpha answers like 1 - exp(-alpha t).
 
@@ -15,8 +16,8 @@ MOTOR = {"n_p": 4, "R_s": 0.95, "L_d": 0.0125, "L_q": 0.0125, "psi_f": 0.183, "J
 
 
 class CurrentControl:
-    """u = kp e + ki int e - r i + EMF, e = i* - i. A resistance r that is none damps what the inverter disturbs; with it
-    kp = alpha L, ki = alpha^2 L, r = alpha L - R make the open loop alpha/s."""
+    """u = kp e + ki int e - r i + EMF, e = i* - i. The virtual resistance r damps disturbances by the inverter; kp = alpha L, ki
+    = alpha^2 L and r = alpha L - R make the open loop alpha/s."""
 
     def __init__(self, motor, alpha, period):
         self.motor, self.period = motor, period
@@ -32,7 +33,8 @@ class CurrentControl:
         wanted = self.kp * error + self.integral - self.damping * i + emf
         u = wanted * min(1.0, now.u_dc / math.sqrt(3) / max(abs(wanted), 1e-9))
         self.integral += self.period * (self.ki * error + self.ki / self.kp * (u - wanted))
-        # It acts from the next period on, and in its middle the rotor is one and a half periods further.
+        # The voltage acts from the next period on, and in the middle of that period the rotor has turned for one and a half
+        # periods.
         return duties(u * turn * cmath.exp(1.5j * now.omega_e * self.period), now.u_dc)
 
 
@@ -44,7 +46,7 @@ def duties(u, u_dc):
 
 
 def run(alpha=1000.0, step=5.0, speed=50.0, seconds=0.03, at=0.01):
-    """Lists of t, i_q and its reference [s, A, A]; i_q as it really is."""
+    """Lists of t, the true i_q and its reference [s, A, A]."""
     t, i_q, references = [], [], []
     with lagless.Plant(seed=1, shaft_locked=1, shaft_locked_speed=speed, **MOTOR) as plant:
         control = CurrentControl(MOTOR, alpha, plant.period)

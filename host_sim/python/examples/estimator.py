@@ -2,8 +2,8 @@
 """An estimator in Python that runs in parallel with that of the drive: it gets the same voltages and currents, and is compared with the
 true angle.
 
-It integrates the voltage behind R to the flux of the magnets, whose angle is the rotor's, and pulls its length to what the magnets
-have, so that offsets do not run away:
+It integrates the voltage minus R i to the flux of the magnets, whose angle is that of the rotor. A correction of its length towards the
+known flux prevents a drift by offsets:
 
     d psi/dt = u - R i - L di/dt + g (psi_f - |psi|) psi/|psi|
 
@@ -16,7 +16,7 @@ import numpy as np
 import lagless
 
 SCENARIO = {
-    "title": "An estimator of one's own at 1000 r/min under 3 N m, after a start at rest",
+    "title": "A user's estimator at 1000 r/min under 3 N m, after a start from standstill",
     "run": {"duration": "4 s", "record": ["u_alpha", "u_beta", "i_alpha", "i_beta", "true_theta_e", "theta_hat_err"]},
     "params": {"position_source": "encoder", "inductance_adaptation": 0},
     "requests": {"enable": "on", "speed_request": "1000 r/min"},

@@ -9,8 +9,8 @@ import sys
 
 import lagless
 
-GAIN, SLOPE = 201.0, 0.994  # k_s [V], a_f [1/A]: the rule for the paper's motor
-CORNER = 100.0              # of the means of k_f and of the speed [rad/s]
+GAIN, SLOPE = 201.0, 0.994  # k_s [V], a_f [1/A] by the rule for the paper's motor
+CORNER = 100.0              # bandwidths of the means of k_f and of the speed [rad/s]
 
 
 class PaperObserver:

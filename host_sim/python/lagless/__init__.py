@@ -7,21 +7,21 @@
     result.plot()
     lagless.run("my.toml", board="mosfet_48v_60a")   # on another power stage: lagless.boards() lists them
 
-    with lagless.Rig(seed=1) as rig:              # the ring itself, a period at a time
+    with lagless.Rig(seed=1) as rig:              # the simulation in closed loop, one period at a time
         rig.set(load_torque="2 N m", speed_request="500 r/min", enable="on")
         trace = rig.run("1 s", record=["true_omega_m", "i_q"])
 
-    plant = lagless.Plant(n_p=4, R_s=0.95)        # inverter, motor, shaft and sensors alone, for a controller of one's own
+    plant = lagless.Plant(n_p=4, R_s=0.95)        # only inverter, motor, shaft and sensors, for a user's controller
     now = plant.step([0.6, 0.5, 0.4])
 
     print(lagless.bench(MyEstimator))             # an estimator in Python or C, compared with that of the drive
 
-    lagless.commission("cold_start").motor()      # R, L_d, L_q, psi_f, J as the drive measures them itself
+    lagless.commission("cold_start").motor()      # R, L_d, L_q, psi_f, J as measured by the drive
 
     lagless.campaign(1000).summary["violated"]    # random runs, also on a dask cluster
 
-All values are in SI units, peak values, per phase; where a value is set, text with a unit is taken too ("500 r/min", "3 us").
-pandas, matplotlib and dask are imported only where they are used.
+All values are in SI units, peak values, per phase. Functions that set a value also accept text with a unit ("500 r/min", "3 us"). pandas,
+matplotlib and dask are imported only by the functions that use them.
 """
 from ._bench import Bench, bench
 from ._boards import Board, boards

@@ -33,7 +33,7 @@ def _inductance(factor):
     return {**_configured("motor_inductance_d", factor), **_configured("motor_inductance_q", factor)}
 
 
-# Condition -> what differs from the real inverter and sensors. The drive's wrong data are also those that the estimator gets.
+# Condition -> the rows that differ from the real inverter and sensors. The estimator gets the same wrong data as the drive.
 _DEVIATIONS = {
     "R -50 %": lambda: _configured("motor_resistance", 0.5),
     "R +50 %": lambda: _configured("motor_resistance", 1.5),
@@ -64,8 +64,8 @@ class Motor:
 
 @dataclasses.dataclass(frozen=True)
 class AngleError:
-    """Estimated minus true electrical angle over the time that counts [mrad]: mean, standard deviation and largest value, each of
-    the worse direction, without signs."""
+    """Estimated minus true electrical angle in the counted intervals [mrad]: mean, standard deviation and largest value, each of the worse
+    direction of rotation, without signs."""
     mean: float
     sd: float
     peak: float
@@ -76,8 +76,8 @@ class AngleError:
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """One condition. scenario: a file of the bench; changes: the rows that differ from it, for each direction of rotation; spans: the
-    times that count [s]."""
+    """One condition. scenario: a file of the bench; changes: the rows that differ from it, for each direction of rotation; spans: the counted
+    intervals [s]."""
     name: str
     scenario: str
     changes: tuple
@@ -221,9 +221,9 @@ def bench(estimator, only=None, progress=None):
     """Runs an estimator on the samples of a drive in all cases() and returns a Bench.
 
     estimator: a function or class that is called with a Motor and returns a function step(u, i), or the path of a shared object with the
-    functions of bench/lagless_bench.h. step is called once for each sample, in order: u is the mean voltage on the winding in the period
-    that ends at the sample [V], i the current at the sample [A], both complex, alpha + j beta. It returns the electrical angle of
-    the rotor at the sample [rad].
+    functions of bench/lagless_bench.h. step is called once for each sample, in order: u is the mean voltage on the winding in the period that
+    ends at the sample [V], i is the current at the sample [A]; both are complex, alpha + j beta. step returns the electrical angle of the rotor
+    at the sample [rad].
 
         class Flux:
             def __init__(self, motor):
@@ -235,8 +235,8 @@ def bench(estimator, only=None, progress=None):
 
         print(lagless.bench(Flux))
 
-    The drive is controlled by its encoder, so that the estimator changes nothing of the samples. only: a text that the names of the cases
-    to run contain; progress: called with the share that is done."""
+    The drive is controlled by its encoder, so that the estimator does not affect the samples. only: runs only the cases whose names contain
+    this text; progress: called with the completed share."""
     if isinstance(estimator, (str, os.PathLike)):
         estimator = _shared_object(os.fspath(estimator))
     elif not callable(estimator):
@@ -248,7 +248,7 @@ def bench(estimator, only=None, progress=None):
     work = [(case, changes) for case in chosen for changes in case.changes]
     found, own = {}, {}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        # The simulation of later cases runs while the estimator takes the samples of this one.
+        # The simulation of later cases runs while the estimator processes the samples of this one.
         results = pool.map(lambda one: run(_FOLDER / one[0].scenario, set=one[1], record=_RECORD, every=1), work)
         for n, ((case, changes), result) in enumerate(zip(work, results)):
             angles = _angles(estimator, case.motor(changes), result, case.name)

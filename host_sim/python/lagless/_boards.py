@@ -1,4 +1,4 @@
-"""The boards between which a run chooses."""
+"""The boards that a run can use."""
 import dataclasses
 
 from ._library import library
@@ -9,7 +9,7 @@ class Board:
     """A power stage with its control board, with the values of its header in hal/f28335/boards; V, A, s.
 
     nominal, undervoltage, overvoltage, overvoltage_max: of the DC link: nominal value, default trips, largest trip; current_limit,
-    current_trip: defaults; current_range, current_per_code: what the sensors see in both directions, and in which steps; period: of the
+    current_trip: defaults; current_range, current_per_code: range of the sensors in both directions, and its resolution; period: of the
     carrier; sensors: how many; shunts: True below the lower switches, False in the motor's leads."""
     name: str
     nominal: float
@@ -27,7 +27,7 @@ class Board:
 
 
 def boards():
-    """name -> Board of each board that `board=` accepts; the first acts if none is chosen."""
+    """name -> Board of each board that `board=` accepts; the first one is the default."""
     found, n = {}, 0
     while facts := library.boards(n):
         values = {field.name: getattr(facts.contents, field.name) for field in dataclasses.fields(Board)}

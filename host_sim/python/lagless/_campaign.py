@@ -47,7 +47,7 @@ class Campaign:
     __hash__ = None
 
     def write(self, folder):
-        """campaign.csv and the scenarios, as `lagless campaign --out FOLDER` leaves them."""
+        """Writes campaign.csv and the scenarios, in the form of `lagless campaign --out FOLDER`."""
         folder = pathlib.Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in self.scenarios.items():
@@ -64,7 +64,7 @@ def _struct(runs, seed, seconds, shard, shards, threads, keep=None):
 
 
 def head(runs, seed, seconds, board=None):
-    """First line of a campaign's results: what all its shards must agree in, tables of the program included."""
+    """First line of the results of a campaign. It must be the same for all shards, and includes the hash of the program's tables."""
     text = why()
     good = of(board).campaign_head(c.byref(_struct(runs, seed, seconds, 1, 1, 1)), text)
     if not good:
@@ -83,7 +83,7 @@ def shard(runs, seed, seconds, number, shards, threads=1, progress=None, board=N
                 scenarios[f"run-{run:06}.toml"] = scenario.decode()
             if progress is not None:
                 progress(len(lines))
-        except BaseException as error:  # Ctrl-C among them; raised again when the library has returned
+        except BaseException as error:  # Ctrl-C as well; raised again when the library has returned
             errors.append(error)
         return bool(errors)
 
@@ -99,13 +99,12 @@ def shard(runs, seed, seconds, number, shards, threads=1, progress=None, board=N
 def campaign(runs=10000, seed=1, seconds=2.0, client=None, shards=None, threads=None, progress=None, board=None):
     """Random motors, loads, wrong assumptions, sensor errors, profiles and faults; every period of every run is judged.
 
-    runs, seed, seconds (simulated, of each): as of `lagless campaign`, and the same runs: run n of a seed is the same however
-    they are divided. Without `client` on `threads` cores of this machine (default: all).
+    runs, seed, seconds (simulated, of each): as of `lagless campaign`, with the same runs: run n of a seed does not depend on how the runs
+    are divided. Without `client` the runs use `threads` cores of this machine (default: all).
 
     client: a dask.distributed.Client; the runs are divided into `shards` (default: 8 for each of its threads), each a task. If a worker is
-    lost, another one repeats its task; no run is counted twice. The workers must have this package, of the
-    same build: tables that differ are refused. progress: called with the share that is done. board: the power
-    stage, one of boards().
+    lost, another one repeats its task; no run is counted twice. The workers must have the same build of this package: a worker with other
+    tables is refused. progress: called with the completed share. board: the power stage, one of boards().
 
     Returns a Campaign."""
     tell = progress or (lambda share: None)

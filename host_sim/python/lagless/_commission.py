@@ -10,7 +10,7 @@ from ._scenario import _Scenario
 
 _MEASURED = ("resistance", "inductance_d", "inductance_q", "saturation_current", "flux_linkage", "inertia", "friction_coulomb", "friction_viscous",
              "dead_voltage", "current_zone")
-# The members of the result that are keys of [motor].
+# The attributes of the result that are keys of [motor].
 _OF_MOTOR = _MEASURED[:-2]
 # Key of the plate -> field, factor, and the row whose unit its text may have.
 _PLATE = {
@@ -33,10 +33,10 @@ class Measured:
 
 class Commissioning:
     """The result. resistance, inductance_d, inductance_q, saturation_current, flux_linkage, inertia, friction_coulomb, friction_viscous,
-    dead_voltage, current_zone: each a Measured; saturation_current is 0 where no saturation was seen. reason: None, or the name of what
-    ended it, with text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A];
-    angle_d: direction of the d axis of a held rotor, electrical [rad]; loop_gain: of the current loop over its design; least_speed: without an encoder [rad/s]; turns: of the shaft in the step turn, as
-    answered, reversed: it turned backward; NaN: not measured."""
+    dead_voltage, current_zone: each a Measured; saturation_current is 0 if no saturation was measured. reason: None, or the name of the reason
+    for the end, described by text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A];
+    angle_d: direction of the d axis of a held rotor, electrical [rad]; loop_gain: of the current loop over its design; least_speed: without an
+    encoder [rad/s]; turns: of the shaft in the step turn, as answered, reversed: it turned backward; NaN: not measured."""
 
     def __init__(self, plate, result, steps):
         for name in _MEASURED:
@@ -93,11 +93,11 @@ def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=N
     """Measures the motor of a scenario by the drive itself, step by step, and returns a Commissioning.
 
     The values of the motor that the scenario has are not used. plate: pole_pairs, rated_current_peak or rated_current_rms, rated_speed;
-    what is missing is taken from the scenario's parameters. steps: names, if not all; the steps whose results these need run as well. set,
-    seed, board: as of run. link: the voltage of the DC link by a meter, as a number [V] or a text with unit. answers: what a user sees in
-    the step turn, {"direction": "as_said" or "reversed", "turn": "one" or a number}; without it the step is left out, unless steps names
-    it: then the simulated motor answers. progress: called with a step's name and False before each try, True after it; what it raises, KeyboardInterrupt
-    too, opens the bridge and ends the commissioning.
+    missing values are those of the scenario's parameters. steps: names of the steps to run (default: all); the steps whose results they need
+    run as well. set, seed, board: as of run. link: the voltage of the DC link by a meter, as a number [V] or a text with unit. answers: what a
+    user sees in the step turn, {"direction": "as_said" or "reversed", "turn": "one" or a number}; without answers the step is left out, unless
+    steps contains it: then the simulated motor answers. progress: called with a step's name and False before each try, True after it; an
+    exception that it raises, also KeyboardInterrupt, opens the bridge and ends the commissioning.
 
         result = lagless.commission("cold_start", plate={"pole_pairs": 4, "rated_current_peak": "10 A", "rated_speed": "1500 r/min"})
         print(result)

@@ -1,11 +1,11 @@
-"""The shared library: where it is, what its functions take, how its structs lie (host_sim/python/binding.h)."""
+"""The shared library: its path, the arguments of its functions, and the layout of its structs (host_sim/python/binding.h)."""
 import ctypes as c
 import os
 import pathlib
 
 from ._errors import Error
 
-# Beside this file in a wheel; LAGLESS_LIBRARY names another one, as a build's tests do.
+# In a wheel the library is in the folder of this file; LAGLESS_LIBRARY names another one, for example for the tests of a build.
 PATH = os.environ.get("LAGLESS_LIBRARY") or str(pathlib.Path(__file__).with_name("liblagless.so"))
 
 # The library of motors in a wheel, because the folder from which the wheel was built may not exist any more.
@@ -59,7 +59,7 @@ Commissioned = _struct("Commissioned", **{name: Value for name in (
 Board = _struct("Board", name=text, current_range=f64, current_per_code=f64, current_limit=f64, current_trip=f64, undervoltage=f64,
                 overvoltage=f64, overvoltage_max=f64, nominal=f64, clock=f64, period=f64, dead_time=f64, sensors=c.c_int, shunts=b)
 
-# Result, then arguments.
+# The type of the result, then those of the arguments.
 _FUNCTIONS = {
     "layout": (u32,),
     "period": (f64,),
@@ -140,12 +140,12 @@ class _Library:
         self.name = self.board().decode()  # of the board that it simulates
 
 
-library = _Library(PATH)  # of the board that acts if none is chosen
+library = _Library(PATH)  # of the default board
 _loaded = {library.name: library}
 
 
 def of(board=None):
-    """The library of a board, in boards/NAME/ next to the default one; None: the first one."""
+    """The library of a board, in boards/NAME/ next to that of the default board; None: the default board."""
     if board is None:
         return library
     if board not in _loaded:
@@ -159,5 +159,5 @@ def of(board=None):
 
 
 def why():
-    """Room for the text of a refusal."""
+    """A buffer for the text of a refusal."""
     return c.create_string_buffer(WHY_SIZE)

@@ -1,4 +1,4 @@
-"""motulator's names for the parameters of the plant and for those of the drive."""
+"""Translates motulator's names to the parameters of the plant and of the drive."""
 from ._errors import Error
 
 # name: rows of the plant, rows of the drive's parameters.
@@ -18,7 +18,8 @@ _NAMES = {
 
 
 def plant_rows(values):
-    """Names of the plant's rows for motulator's; others stay as they are. An active load, as motulator's is, has a sign."""
+    """Replaces motulator's names by those of the plant's rows; other names are unchanged. The load becomes active, because the
+    load of motulator has a sign."""
     found = {}
     for name, value in values.items():
         for one in _NAMES.get(name, ((name,),))[0]:
@@ -32,11 +33,12 @@ def plant_rows(values):
 
 def from_motulator(pars=None, **names):
     """A motor in motulator's names (n_p, R_s, L_d, L_q or L_s, psi_f, J, B_L, u_dc, tau_L) as {"plant": ..., "params": ...}:
-    true values, and the drive's assumptions, the same. Into a scenario: `{**lagless.from_motulator(n_p=3, R_s=3.6), "run": ...}`.
+    the true values, and the same values as parameters of the drive. In a scenario: `{**lagless.from_motulator(n_p=3, R_s=3.6),
+    "run": ...}`.
 
     `pars` may be an object of motulator, for example SynchronousMachinePars: its members with these names are used. SI units, peak
-    values, as both have them; L_d and L_q are inductances (a saturated machine's maps are not handled); u_dc and tau_L are the
-    plant's alone."""
+    values, as both have them; L_d and L_q are inductances (a saturated machine's maps are not handled); u_dc and tau_L are set
+    only in the plant."""
     values = {name: getattr(pars, name) for name in _NAMES if isinstance(getattr(pars, name, None), (int, float))}
     unknown = [name for name in names if name not in _NAMES]
     if unknown:

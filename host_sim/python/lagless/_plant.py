@@ -12,11 +12,11 @@ _TICK = 1 / 150e6  # [s]
 
 @dataclasses.dataclass(frozen=True)
 class PlantState:
-    """The plant at the end of a period, where a drive samples.
+    """The plant at the end of a period, when a drive samples.
 
-    i_a, i_b, i_c [A], u_dc [V], encoder [counts]: as the sensors show them, errors and noise included; theta_e [rad] and
-    omega_e [rad/s] electrical, theta_m (unwrapped) and omega_m mechanical, torque [N m], i_d, i_q [A]: as they are; t [s].
-    `truth` has everything else of the plant, by name."""
+    i_a, i_b, i_c [A], u_dc [V], encoder [counts]: as measured by the sensors, with errors and noise; theta_e [rad] and
+    omega_e [rad/s] electrical, theta_m (unwrapped) and omega_m mechanical, torque [N m], i_d, i_q [A]: true values; t [s].
+    `truth` has all other true values of the plant, by name."""
     t: float
     i_a: float
     i_b: float
@@ -43,10 +43,10 @@ class Plant:
             now = plant.step(controller(now))     # three duties 0..1; None: all gates off
 
     period, dead_time [s]: of the carrier and of the dead band that duties get; switched: every edge of the gates, or (False)
-    the mean voltage that they make, faster; delay: so many periods pass until a duty acts, 1 as in a drive that computes while
-    the period runs, 0 for a controller without delay.
+    their mean voltage, which is faster; delay: number of periods until a duty acts, 1 as in a drive
+    that computes during the period, 0 for a controller without delay.
 
-    Deterministic like the rig. Starts at rest, currentless, all gates off."""
+    The same seed gives the same bits. The plant starts at standstill, without current, with all gates off."""
 
     def __init__(self, seed=1, period=1e-4, dead_time=2.5e-6, switched=True, delay=1, **values):
         ticks, dead = round(period / _TICK), round(dead_time / _TICK)
@@ -67,7 +67,7 @@ class Plant:
         self._look()
 
     def close(self):
-        """Gives its memory back; it is of no use afterwards."""
+        """Frees the memory; the object cannot be used afterwards."""
         if getattr(self, "_plant", None):
             library.plant_free(self._plant)
             self._plant = None
@@ -87,7 +87,7 @@ class Plant:
         return self._plant
 
     def set(self, values=None, **more):
-        """Sets rows of the table plant, all or none; from now on. motulator's names are taken too."""
+        """Sets rows of the table plant from now on, either all of them or none. motulator's names are accepted as well."""
         found = [(_row(name), value) for name, value in plant_rows({**(values or {}), **more}).items()]
         numbers = (c.c_uint32 * len(found))(*[one.id for one, _ in found])
         wanted = (c.c_double * len(found))(*[one.number(value) for one, value in found])

@@ -10,7 +10,7 @@ import numpy as np
 from ._library import Samples, library, of
 
 # Panels of a picture, those of the page of `lagless run --plot`: names, the recorded unit, title, unit of the axis, factor.
-# The first one that fits a signal counts; a signal of none has the panel of its unit.
+# A signal is shown in the first panel that fits it; a signal that fits none has a panel for its unit.
 _PANELS = (
     (re.compile(r"(true_)?omega_m(_ref)?|speed_request|omega_load"), "rad/s", "speed", "r/min", 30.0 / math.pi),
     (re.compile(r".*"), "rad/s", "electrical speed", "rad/s", 1.0),
@@ -34,10 +34,10 @@ def _panel(name, unit):
 
 
 class Trace(collections.abc.Mapping):
-    """Samples of some rows: a mapping from names to numpy arrays, float32 or whole as the drive has them.
+    """Samples of some rows: a mapping from names to numpy arrays, of float32 or integers as in the drive.
 
-    t: begin of each sample's period [s], float64; period: number of that period; units: unit of each name; choices: names of
-    the values of those rows that have some. `trace["i_q"]` and `trace.i_q` are the same; `trace["omega_m"]` is rad/s."""
+    t: begin of each sample's period [s], float64; period: number of that period; units: unit of each name; choices: names of the values of rows
+    with choices. `trace["i_q"]` and `trace.i_q` are the same; `trace["omega_m"]` is in rad/s."""
 
     def __init__(self, rows, periods, slots, board=None):
         self.period = periods
@@ -83,7 +83,7 @@ class Trace(collections.abc.Mapping):
 
         panels = {}
         for name in names or self:
-            self[name]  # a KeyError now rather than half a picture
+            self[name]  # raises KeyError before anything is drawn
             label, factor = (name, 1.0) if name in self.choices else _panel(name, self.units[name])
             panels.setdefault(label, []).append((name, factor))
         figure = figure or plt.figure(figsize=(9, 1.2 + 1.7 * max(1, len(panels))), layout="constrained")
@@ -137,7 +137,7 @@ class Verdict:
 
 @dataclasses.dataclass(frozen=True)
 class Fault:
-    """A fault, refusal or warning of the drive: what happened, what to do; when, where that is known."""
+    """A fault, refusal or warning of the drive: what happened, what to do, and the time if it is known."""
     name: str
     text: str
     remedy: str
@@ -161,11 +161,10 @@ class Result(Trace):
     """A run of a scenario: its recording, its verdicts, and how it ended.
 
     board: name of the board; passed: every expectation is met, and the run did not end with a fault or a lasting refusal that none of them names
-    (unexpected_end has its text; None otherwise); verdicts: of each; measures: what is measured without a limit; fault: latched at the end,
-    or None; not_on: why the bridge is off although it is commanded on, or None; state, manoeuvre: of the drive at the end; history: Trace
-    of the periods up to the last
-    fault, or None; hash: of the rig's whole state at the end; periods, seconds: simulated; wall: seconds it took; interrupted:
-    it was stopped before its end."""
+    (unexpected_end has its text; None otherwise); verdicts: one for each expectation; measures: measured values without a limit; fault: latched
+    at the end, or None; not_on: reason why the bridge is off although it is commanded on, or None; state, manoeuvre: of the drive at the end;
+    history: Trace of the periods up to the last fault, or None; hash: of the rig's whole state at the end; periods, seconds: simulated; wall:
+    seconds it took; interrupted: it was stopped before its end."""
 
     def __init__(self, rows, periods, slots, about):
         super().__init__(rows, periods, slots, about["board"])
@@ -199,7 +198,7 @@ class Result(Trace):
 
 
 class Recorder:
-    """Memory that a tap fills."""
+    """A buffer for the samples of a tap."""
 
     def __init__(self, rows, samples):
         self.rows = rows

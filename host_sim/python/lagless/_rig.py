@@ -1,4 +1,4 @@
-"""The ring: firmware on the virtual chip, inverter, motor, sensors; one object, stepped by the period."""
+"""The simulation in closed loop: firmware on the virtual chip, inverter, motor, sensors. One object, which runs period by period."""
 import ctypes as c
 import operator
 import os
@@ -9,23 +9,24 @@ from ._result import Recorder, Trace, reason
 from ._rows import ids, periods_of, row, rows
 
 _COMPARE = {"==": (1, operator.eq), "!=": (2, operator.ne), ">": (3, operator.gt), "<": (4, operator.lt)}
-# A state holds addresses of functions: the interrupt vectors. This is where they lie, and where they do not in another process.
+# A state contains addresses of functions, the interrupt vectors. They differ from process to process, so that this address identifies the
+# process.
 def _place(library):
     return f"{c.cast(library.rig_run, c.c_void_p).value:016x}{os.getpid():08x}".encode()
 
 
-_CHUNK = 10000  # [periods] between two looks at Ctrl-C
+_CHUNK = 10000  # [periods] between two checks for Ctrl-C
 
 
 class Rig:
-    """Power on: defaults of firmware and plant, rotor at rest, all noise by `seed`, on a board of boards().
+    """Switches the power on: defaults of firmware and plant, rotor at standstill, `seed` for all noise, on a board of boards().
 
         with lagless.Rig(seed=1) as rig:
             rig.set(enable="on", speed_request="500 r/min")
             trace = rig.run("1 s", record=["true_omega_m", "i_q"])
 
-    Same calls, same seed: same bits, and those of the command line. Any number of rigs live in one process and do not disturb
-    each other, in threads too (a running rig lets other threads of Python run); one rig belongs to one thread at a time."""
+    The same calls with the same seed give the same bits as the command line. A process can have any number of independent rigs, also in
+    several threads (a running rig lets other threads of Python run); only one thread at a time may use a rig."""
 
     def __init__(self, seed=1, board=None, **values):
         self._library = of(board)
@@ -37,7 +38,7 @@ class Rig:
             self.set(**values)
 
     def close(self):
-        """Gives its memory back; it is of no use afterwards."""
+        """Frees the memory; the object cannot be used afterwards."""
         if getattr(self, "_rig", None):
             self._library.rig_free(self._rig)
             self._rig = None
@@ -65,7 +66,7 @@ class Rig:
     # ---- values ----
 
     def get(self, name):
-        """Value of any row: a float in its unit, a whole number, or the name of a choice. Parameters: the active set."""
+        """Value of any row: a float in its unit, a whole number, or the name of a choice. A parameter has the value of the active set."""
         found = row(name, self.board)
         return found.value(self._number(found))
 
@@ -78,9 +79,10 @@ class Rig:
         return value.value
 
     def set(self, values=None, **more):
-        """Sets rows by name, all or none: `rig.set(enable="on")`, `rig.set({"plant.inertia": 0.01, "load_torque": "2 N m"})`.
+        """Sets rows by name, either all of them or none: `rig.set(enable="on")`, `rig.set({"plant.inertia": 0.01, "load_torque": "2 N
+        m"})`.
 
-        Parameters are judged as one set and act from the next period on, everything else at once."""
+        Parameters are judged as one set and act from the next period on; all other rows act at once."""
         pending = [(row(name, self.board), row(name, self.board).number(value)) for name, value in {**(values or {}), **more}.items()]
         before = self.save() if len(pending) > 1 or any(one.table == "params" for one, _ in pending) else None
         parameters = any(one.table == "params" for one, _ in pending)
@@ -90,7 +92,7 @@ class Rig:
                 break
             pending = left
         if pending:
-            self._library.rig_set(self._open, pending[0][0].id, pending[0][1])  # whose refusal is told
+            self._library.rig_set(self._open, pending[0][0].id, pending[0][1])  # whose refusal is reported
         if pending or (parameters and not self._library.rig_apply(self._open)):
             error = self._refused(pending[0][0].key if pending else "")
             if before is not None:
@@ -105,7 +107,7 @@ class Rig:
         return {key: self.get(key) for key in rows(table, self.board)}
 
     def set_motion(self, angle=0.0, speed=0.0):
-        """Turns the rotor: true mechanical angle [rad] and speed [rad/s]; the encoder follows as by an alignment."""
+        """Sets the rotor to this true mechanical angle [rad] and speed [rad/s]; the count of the encoder is set as by an alignment."""
         self._library.rig_set_motion(self._open, float(angle), float(speed))
 
     @property
@@ -115,7 +117,7 @@ class Rig:
 
     @property
     def refusal(self):
-        """Why a wish is not obeyed now, or None."""
+        """The reason why the drive does not follow a request now, or None."""
         return reason(int(self["refusal"]))
 
     # ---- time ----
@@ -136,10 +138,10 @@ class Rig:
 
     def run(self, time, record=(), every=1, until=None, progress=None):
         """Runs for `time` (periods as int, seconds as float or text) and returns a Trace of the rows of `record`, one sample
-        every so many periods.
+        in `every` periods.
 
-        until: (name, "==" | "!=" | ">" | "<", value) ends it after the period in which that holds; progress: called with the
-        share that is done, about every second of simulated time."""
+        until: (name, "==" | "!=" | ">" | "<", value) ends the run after the period in which this condition is met; progress:
+        called with the completed share, about every second of simulated time."""
         count, chosen = periods_of(time, board=self.board), ids([record] if isinstance(record, str) else list(record), self.board)
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
             raise Error(f"every = {every!r}: accepted: whole numbers from 1", "every")
@@ -175,14 +177,14 @@ class Rig:
     # ---- state ----
 
     def save(self):
-        """The whole state as bytes. A run that continues from this state is the same, bit by bit, in this rig or another of this
+        """The whole state as bytes. A run that continues from this state gives the same bits in this rig and in any other rig of this
         process."""
         state = c.create_string_buffer(self._library.rig_state_size())
         self._library.rig_save(self._open, state)
         return _place(self._library) + state.raw
 
     def load(self, state):
-        """Goes back, or on, to a saved state."""
+        """Returns to a saved state."""
         place = _place(self._library)
         if state[:len(place)] != place:
             raise Error("this state was saved by another process or by a rig of another board; load it in the process that saved it, in a "

@@ -1,4 +1,4 @@
-"""Rows of the tables: what can be set and seen, by name, with unit, range and text."""
+"""Rows of the tables: values that can be set or read, by name, with unit, range and text."""
 import ctypes as c
 import dataclasses
 import difflib
@@ -16,8 +16,8 @@ _ENUM = 3
 class Row:
     """One 32-bit value of the drive, the plant or the rig.
 
-    key: unique name, "i_q", or "plant.inertia" where two tables have the name; initial, min, max: default and accepted range,
-    None of a row that is only shown; choices: names of its values from 0 up, of a row that has them."""
+    key: unique name, "i_q", or "plant.inertia" where two tables have the name; initial, min, max: default and accepted range, None
+    for a row that can only be read; choices: names of the values from 0 up, for a row that has choices."""
     id: int
     key: str
     name: str
@@ -99,7 +99,8 @@ def period(board=None):
 
 
 def periods_of(time, what="time", board=None):
-    """A number of periods: a whole number is one already; seconds as float or as text with a unit are rounded to the nearest."""
+    """A number of periods: a whole number is the number itself; seconds as float or as text with a unit are rounded to the nearest
+    period."""
     if isinstance(time, bool) or not isinstance(time, (int, float, str)):
         raise Error(f"{what} = {time!r}: accepted: periods as int, seconds as float or text (\"20 ms\")", what)
     if isinstance(time, int):

@@ -1,4 +1,4 @@
-"""Scenarios: from a name, a file, text or a dict; run and judged as `lagless run` does."""
+"""Reads a scenario from a name, a file, text or a dict, and runs and judges it as `lagless run` does."""
 import concurrent.futures
 import ctypes as c
 import itertools
@@ -52,7 +52,7 @@ def _toml_value(value):
 
 
 def _toml_key(key):
-    """Keys with dots stay what they mean: "plant.load_torque"."""
+    """Writes a key; a dot in it has its meaning in TOML: "plant.load_torque"."""
     return ".".join(part if part and all(sign.isalnum() or sign in "_-" for sign in part) else _toml_value(part)
                     for part in str(key).split("."))
 
@@ -90,7 +90,7 @@ class _Scenario:
             self.handle = self.library.scenario_read(os.fsencode(path), octets, len(octets or b""), c.byref(error), refusal)
             if self.handle or board is not None or not error.board:
                 break
-            self.library = of(error.board.decode())  # the scenario is for this one
+            self.library = of(error.board.decode())  # the board that the scenario names
         if not self.handle:
             raise _refusal(refusal, error)
         self.board = self.library.name
@@ -105,7 +105,7 @@ class _Scenario:
         self.library.scenario_free(self.handle)
 
     def override(self, values):
-        """Applies settings with priority over those of the source, also over wrong ones; then the whole scenario is checked."""
+        """Applies settings that replace those of the source, also wrong ones; then checks the whole scenario."""
         error, refusal = ScenarioError(), why()
         for name, value in (values or {}).items():
             text = value if isinstance(value, str) else _toml_value(value)
@@ -121,7 +121,7 @@ class _Scenario:
 
 
 def _source(source):
-    """Path, and text where it is no file."""
+    """The path of the scenario, and its text if it is not a file."""
     if isinstance(source, dict):
         return "scenario", to_toml(source)
     if isinstance(source, str) and "\n" in source:
@@ -140,7 +140,7 @@ def _source(source):
 # ---- running ----
 
 class _Watch:
-    """Called from within the run, now and then: Ctrl-C gets its chance, and so does the caller's progress."""
+    """The library calls this at intervals during the run, so that Ctrl-C and the caller's progress are handled."""
 
     def __init__(self, progress):
         self.progress, self.error = progress, None
@@ -165,11 +165,11 @@ def run(scenario, set=None, seed=None, record=None, every=None, progress=None, b
                      "expect": [{"signal": "true_omega_m", "minus": "omega_m_ref", "statistic": "peak", "from": "1.8 s",
                                  "at_most": "2 r/min"}]})
 
-    set: rows that differ, {"motor_resistance": "1.1 ohm", "run.duration": "3 s"}; seed, record, every: instead of the
-    scenario's (every: periods from sample to sample); progress: called with the share that is done; board: the power stage, one of
-    boards(), if the scenario names none.
+    set: rows that differ, {"motor_resistance": "1.1 ohm", "run.duration": "3 s"}; seed, record, every: replace those of the scenario
+    (every: periods from sample to sample); progress: called with the completed share; board: the power stage, one of boards(), if the
+    scenario names none.
 
-    Returns a Result. Raises Error if the scenario, or the rig on the way, refuses something."""
+    Returns a Result. Raises Error if the scenario is wrong, or if the rig refuses a setting during the run."""
     with _Scenario(scenario, board) as read:
         read.override(set)
         return _run(read, seed, record, every, progress)
@@ -202,7 +202,7 @@ def _run(read, seed, record, every, progress):
 
 
 def _about(about, handle, library):
-    """Everything of a Result that is no recording."""
+    """All values of a Result except its recordings."""
     outcome, history, unexpected = Outcome(), History(), why()
     library.outcome(handle, c.byref(outcome), unexpected)
     held = library.history(handle, c.byref(history))
@@ -250,8 +250,8 @@ def _history(struct, library):
 def sweep(scenario, grid, threads=None, **options):
     """Runs a scenario for each combination of values, on all cores: `sweep("cold_start", {"plant.inertia": [0.003, 0.06]})`.
 
-    grid: rows and the values each takes; options: as of run. Returns a list of (values, Result) in the grid's order; a setting
-    that is refused gives its Error in the Result's place."""
+    grid: rows, each with a list of values; options: as of run. Returns a list of (values, Result) in the order of the grid; for a
+    refused setting the list has the Error instead of the Result."""
     fixed = options.pop("set", None) or {}
     points = [dict(zip(grid, values)) for values in itertools.product(*grid.values())]
 

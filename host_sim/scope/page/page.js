@@ -1,12 +1,12 @@
-/* The scope's page. Samples arrive with the drive's own time stamps; this page keeps them, looks for the
-   trigger, and draws least and largest of each pixel's column. The drive answers every request, and
+/* The page of the scope. Samples arrive with the time stamps of the drive. This page stores them, searches for the trigger, and draws the
+ * smallest and the largest value in each column of pixels. The drive answers every request, and
    the page shows its answer. Numbers of samples and time are periods until they are shown. */
 "use strict";
 const scope = (() => {
     const ROOM = 1 << 19; // [samples] kept of each signal
     const WINDOWS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20]; // [s]
     const SAMPLING = [0, 1, 2, 5, 10, 20, 50, 100, 200]; // [periods] 0: as fast as the link allows
-    const AUTO_AFTER = 1; // [s] plus a window without a trigger, after which the picture rolls
+    const AUTO_AFTER = 1; // [s] time without a trigger, in addition to a window, after which the picture rolls
     const NOISE_SHARE = 0.05;
     const STOP_TRIES = 3;
     const STOP_WAIT = 1500; // [ms] for the answer of one
@@ -30,7 +30,7 @@ const scope = (() => {
     const state = {
         hello: null, link: false, choice: null, held: false, zoom: null, cursors: [], frames: 0, gaps: 0, armed: "roll",
         pictures: 0, dirty: true, undo: new Map(), started: performance.now(),
-        kept: null, // while the drive's own buffer is shown: its signals, and the picture
+        kept: null, // signals and picture while the page shows the drive's own buffer
     };
 
     const signalsShown = () => state.kept ? state.kept.signals : state.choice.signals;
@@ -101,7 +101,7 @@ const scope = (() => {
             : `${digits(seconds * 1e6, 4)} µs`;
     }
 
-    /* ---- samples: a ring for each signal, and one of stamps ---- */
+    /* ---- samples: a ring buffer for each signal, and one for the time stamps ---- */
 
     const ring = {stamps: new Float64Array(ROOM), columns: [], total: 0, last: -1};
 
@@ -111,7 +111,7 @@ const scope = (() => {
         ring.last = -1;
     }
 
-    const view = {stamps: null, columns: null, from: 0, to: 0, mask: ROOM - 1}; // what is drawn: the ring, or a record
+    const view = {stamps: null, columns: null, from: 0, to: 0, mask: ROOM - 1}; // the data that are drawn: the ring buffer, or a record
 
     function place(stamp, data) { // first sample at or after this stamp
         let low = data.from, high = data.to;
@@ -142,7 +142,7 @@ const scope = (() => {
         if (ring.last >= 0 && p !== ring.last + e) {
             state.gaps++;
             if (p <= ring.last) {
-                clearRing(ring.columns.length); // the drive has started again
+                clearRing(ring.columns.length); // the drive has restarted
                 trigger.record = null;
             }
         }
@@ -168,7 +168,7 @@ const scope = (() => {
 
     const trigger = {
         mode: "roll", source: 0, edge: "rise", level: 0, pre: 0.25, armedAt: 0, at: null, record: null, seen: 0,
-        below: false, above: false, // the signal was beyond the level by more than `noise`, and has not reached it since
+        below: false, above: false, // the signal was away from the level by more than `noise`, and has not reached it since then
         noise: 0, // a share of the signal's range: noise on a slow edge of the other direction must not trigger
 
         arm() {
@@ -180,7 +180,7 @@ const scope = (() => {
             state.dirty = true;
         },
 
-        /* New samples from `begin` on. */
+        /* Processes the new samples from `begin` on. */
         look(begin) {
             if (this.mode === "roll" || state.held) {
                 return;
@@ -203,7 +203,7 @@ const scope = (() => {
             }
         },
 
-        /* A copy of the triggered picture, because the ring continues. */
+        /* Copies the triggered picture, because new samples overwrite the ring buffer. */
         keep(begin, end) {
             const all = wholeRing();
             const from = place(begin, all), to = Math.min(place(end, all) + 1, all.to);
@@ -219,7 +219,7 @@ const scope = (() => {
             }
         },
 
-        /* Which samples are drawn, [begin, end] of the axis and its zero [periods]. */
+        /* Selects the samples to draw, and computes [begin, end] and the zero of the axis [periods]. */
         picture() {
             if (state.kept) {
                 return state.kept.picture;
@@ -253,7 +253,7 @@ const scope = (() => {
             trigger.arm();
         }
         if (!on && state.held) {
-            ring.last = -1; // samples that were not recorded meanwhile are no gap
+            ring.last = -1; // while the picture was held no samples were recorded, which does not count as a gap
             clearRing(ring.columns.length);
             trigger.arm();
             state.zoom = null;
@@ -366,7 +366,7 @@ const scope = (() => {
                 ctx.lineTo(at, bbox.top + bbox.height);
                 ctx.stroke();
                 if (text && first) {
-                    const left = text.length > 1; // the part of the line without a cursor's letter
+                    const left = text.length > 1; // part of the cursor line that the letter does not cover
                     ctx.setLineDash([]);
                     ctx.textAlign = left ? "right" : "left";
                     ctx.fillText(text, at + (left ? -4 : 4) * ratio, bbox.top + 11 * ratio);
@@ -394,8 +394,8 @@ const scope = (() => {
         };
     }
 
-    /* The uncertainty of the angle, if both are shown: three times theta_sigma on each side, below the traces. A column of
-       its own for each point, because the angle wraps. */
+    /* The uncertainty of the angle, if both are shown: three times theta_sigma on each side, below the traces. Each point is drawn as a separate
+     * column, because the angle wraps. */
     function drawBand(panel) {
         return plot => {
             const trace = name => panel.traces.findIndex(each => each.row.name === name);
@@ -519,7 +519,7 @@ const scope = (() => {
         state.dirty = true;
     }
 
-    /* Least and largest of each pixel's column; where samples are few, the samples. */
+    /* Draws the smallest and the largest value in each column of pixels, or the samples themselves if they are few. */
     function columnsOf(picture, axis, width) {
         const [begin, end] = axis.map(x => picture.zero + periods(x));
         const from = Math.max(picture.from, place(begin, picture) - 1), to = Math.min(picture.to, place(end, picture) + 1);
@@ -541,7 +541,7 @@ const scope = (() => {
             }
             return [x, ys];
         }
-        const per = (end - begin) / width; // [periods] of a column; columns stand still while time rolls
+        const per = (end - begin) / width; // [periods] width of a column; the borders of the columns do not move while the picture rolls
         const first = Math.floor(begin / per), number = Math.floor(end / per) - first + 1;
         const least = Array.from({length: signals}, () => new Float64Array(number).fill(Infinity));
         const most = Array.from({length: signals}, () => new Float64Array(number).fill(-Infinity));
@@ -638,7 +638,7 @@ const scope = (() => {
         return row.kind === "float" ? shown(row, number / row.factor) : shown(row, number);
     }
 
-    /* With the prefix of the panel's axis, and digits for a thousandth of the axis. */
+    /* Writes a value with the prefix of the panel's axis, and with a resolution of a thousandth of the axis. */
     function inPanel(panel, row, number) {
         if (row.kind !== "float" || !Number.isFinite(number)) {
             return inShown(row, number);
@@ -906,7 +906,7 @@ const scope = (() => {
         }
         const field = make("input", {inputMode: "decimal", autocomplete: "off", ariaLabel: row.name});
         field.dataset.name = row.name;
-        let seen = "", given = ""; // received from the drive; sent to it
+        let seen = "", given = ""; // values received from the drive; values sent to it
         const give = () => {
             if (field.value.trim() === "") {
                 field.value = seen;
@@ -1182,7 +1182,7 @@ const scope = (() => {
 
     function takeCapture(data) {
         if (!state.wantsKept) {
-            return; // another page has asked
+            return; // another page has made the request
         }
         state.wantsKept = false;
         if (data.why) {

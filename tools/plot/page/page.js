@@ -1,6 +1,6 @@
-/* The plots to zoom into. Each .plots holds the JSON of one layout, written by page.py: panels over one axis, and the
-   columns packed as pack() there says. Its panels are drawn when it comes near the viewport; all layouts of a figure
-   share the zoom. uPlot draws least and largest of each pixel's column where there are more points than pixels. */
+/* Draws the plots with zoom. Each element .plots contains the JSON of one layout, written by page.py: panels over one axis, and the columns in
+ * the format of pack() in page.py. Its panels are drawn when it comes near the viewport; all layouts of a figure
+   share the zoom. If there are more points than pixels, uPlot draws the smallest and the largest value in each column of pixels. */
 "use strict";
 (() => {
     const LEAST_SPAN = 6; // [steps of the axis] zoomed in no further: single periods are then far apart
@@ -117,7 +117,7 @@
         return trace.names[value] || String(value);
     }
 
-    /* What is nothing has no colour, what is a fault that of one. */
+    /* `none` has no colour, a fault has the colour of faults. */
     function tint(trace, value) {
         const name = nameOf(trace, value);
         if (value === 0 || name === "none") {
@@ -166,7 +166,7 @@
         ctx.restore();
     }
 
-    /* Above the panel's right corner. */
+    /* Draws a text above the right corner of the panel. */
     function drawNote(plot, text) {
         const {ctx, bbox} = plot;
         const ratio = devicePixelRatio;
@@ -179,7 +179,7 @@
         ctx.restore();
     }
 
-    /* The axis of a panel that has limits, or a range of its own for all of the time. */
+    /* The axis of a panel with limits, or with a fixed range while the whole time is shown. */
     function reach(panel, figure) {
         return (plot, min, max) => {
             const [first, last] = figure.full;
@@ -203,7 +203,7 @@
         };
     }
 
-    /* Where an angle turns round there is no line. */
+    /* There is no line where an angle wraps. */
     const turns = half => (plot, k, from, to, gaps) => {
         const values = plot.data[k];
         for (let i = from + 1; i <= to; i++) {
@@ -223,7 +223,7 @@
         return (_, number) => number == null ? "–" : decimal(number, column.exponent) + unit;
     }
 
-    /* As many digits as the distance of the ticks asks for, however far one has zoomed in. */
+    /* The number of digits follows from the distance of the ticks at any zoom. */
     function ticks(_, splits, axis, space, distance) {
         let exponent = Math.floor(Math.log10(distance) + 1e-9);
         if (Math.abs(distance / 10 ** exponent - Math.round(distance / 10 ** exponent)) > 1e-6) {
@@ -241,7 +241,7 @@
         };
     }
 
-    /* A trace of a panel of bands is no line: its cursor tells the name. */
+    /* A trace in a panel of bands is no line; the legend shows the name of the band at the cursor. */
     function band(trace) {
         return {
             label: trace.label, stroke: trace.colour, paths: () => null, points: {show: false},
@@ -263,7 +263,7 @@
         };
     }
 
-    /* Room for the longest name of a band, so that all panels begin at the same place. */
+    /* Width for the longest name of a band, so that all panels have the same left edge. */
     function labelRoom(layout) {
         const ctx = document.createElement("canvas").getContext("2d");
         ctx.font = "11px system-ui, sans-serif";
@@ -344,7 +344,7 @@
                 button(`${event.time} s: ${event.text}`, "zoom to this event",
                        () => zoom(figure, event.time - 0.02 * length, event.time + 0.08 * length));
             }
-            button(`${NEAR} samples`, "zoom so far that each line of the CSV is a visible point", () => {
+            button(`${NEAR} samples`, "zoom in until each line of the CSV is a visible point", () => {
                 const middle = (figure.view[0] + figure.view[1]) / 2;
                 zoom(figure, middle - NEAR / 2 * figure.step, middle + NEAR / 2 * figure.step);
             });

@@ -1,12 +1,13 @@
 /* An ATmega2560 with external RAM up to 64 K and twice its flash, 512 K, run by libsimavr: 16-bit int, 32-bit
- * double. Three spare registers are the interface to the PC:
+ * double. Three registers without other use are the interface to the PC:
  *
  *     GPIOR0 written: a character for standard output
  *     GPIOR1 written: the end; the value is the exit code
  *     GPIOR2 read:    the next octet of the input; 0 when there is none left
  *
- * The input is the seed of the random shares (LAGLESS_GRID_SEED, the date) and n of LAGLESS_GRID_SHARE (1),
- * where one test in n is run, 32 bits each, lowest octet first; then a file.
+ * The input begins with two numbers of 32 bits, lowest octet first: the seed of the random shares
+ * (LAGLESS_GRID_SEED, the date), and n of LAGLESS_GRID_SHARE (1), by which one test in n is run. A file
+ * follows.
  *
  * usage: avr_simulator PROGRAM.elf [INPUT] */
 #include <stdio.h>
@@ -22,7 +23,7 @@ enum { GPIOR0 = 0x3E, GPIOR1 = 0x4A, GPIOR2 = 0x4B }; /* data addresses */
 enum { CRASHED = 99, WRONG_USE = 2 };
 
 static FILE *input;
-static unsigned char shares[8]; /* the input's beginning */
+static unsigned char shares[8]; /* the first octets of the input */
 static unsigned passed;         /* octets of the input that were read */
 static int exit_code = -1;
 
@@ -54,7 +55,7 @@ static uint8_t on_input(struct avr_t *avr, avr_io_addr_t address, void *context)
     return octet == EOF ? 0u : (uint8_t)octet;
 }
 
-/* A number of the environment, as the next 32 bits of the input's beginning. */
+/* Appends a number from the environment to the first octets of the input, with 32 bits. */
 static void share(unsigned at, const char *name, unsigned long otherwise)
 {
     const char *text = getenv(name);

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* avr-libc ends in a loop; here the simulator gets the exit code. */
+/* exit() of avr-libc ends in a loop; this one gives the exit code to the simulator. */
 void exit(int code)
 {
     GPIOR1 = (uint8_t)code;
@@ -47,7 +47,7 @@ static int get(FILE *stream)
     return GPIOR2;
 }
 
-/* main's result is the exit code: start-up code jumps to exit after it. */
+/* The start-up code jumps to exit after main, so that the result of main becomes the exit code. */
 __attribute__((constructor)) static void open_console(void)
 {
     static FILE console = FDEV_SETUP_STREAM(put, get, _FDEV_SETUP_RW);

@@ -1,6 +1,6 @@
 /* For cppcheck with tools/target/c28x.xml and for clang as a 16-bit compiler: the types as the C28x compiler
- * defines them under EABI. clang's own idea of a pointer has 16 bits: what the language gives these types
- * without naming them, tools/check-dialect judges in the syntax tree. */
+ * defines them under EABI. For clang a pointer has 16 bits. tools/check-dialect finds in the syntax tree the
+ * expressions that get one of these types without naming it. */
 #ifndef TARGET_STDDEF_H
 #define TARGET_STDDEF_H
 

@@ -1,6 +1,6 @@
 /* For cppcheck with tools/target/c28x.xml and for clang as a 16-bit compiler: the exact-width types as the
- * C28x compiler defines them (SPRU514). Without it cppcheck takes uint16_t for something wider than int and
- * overlooks what a 16-bit int does to shifts and products. int8_t and uint8_t do not exist there. */
+ * C28x compiler defines them (SPRU514). Without this file cppcheck assumes that uint16_t is wider than int,
+ * and misses the effects of a 16-bit int on shifts and products. int8_t and uint8_t do not exist there. */
 #ifndef TARGET_STDINT_H
 #define TARGET_STDINT_H
 

@@ -1,4 +1,5 @@
-/* For clang as a 16-bit compiler, which brings no C library: what firmware and hal may use of it. */
+/* For clang as a 16-bit compiler, which has no C library: the functions of it that firmware and hal may
+#use. */
 #ifndef TARGET_STRING_H
 #define TARGET_STRING_H
 

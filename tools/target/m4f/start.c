@@ -1,4 +1,4 @@
-/* From reset to main, and main's result to the simulator's exit code. */
+/* Starts main after a reset, and passes its result to the simulator as exit code. */
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -20,7 +20,7 @@ __attribute__((section(".vectors"), used)) static void *const vectors[16] = {
 
 void reset(void)
 {
-    CPACR |= 0xFu << 20; /* the FPU, before anything uses it */
+    CPACR |= 0xFu << 20; /* enables the FPU before code uses it */
     __asm volatile("dsb\n\tisb" ::: "memory");
     for (uint32_t *word = bss_begin; word < bss_end; word++) {
         *word = 0u;

@@ -1,4 +1,4 @@
-/* avr-libc has no <complex.h>. This is the part that the tests use, with the 32-bit double. */
+/* avr-libc has no <complex.h>. This file declares the part that the tests use, with the 32-bit double. */
 #ifndef TARGET_COMPLEX_H
 #define TARGET_COMPLEX_H
 

@@ -14,13 +14,12 @@
 #define EMF_WRONG          1.3f   /* [-] of psi_f: possible error of the assumed value */
 #define EMF_HELD           0.15f  /* [-] of the voltage that R holds: permitted excess of the feed-forward */
 #define ALIGN_RISE_TIME    75e-3f /* [s] of the current in a light rotor's alignment, a quarter of the turn */
-#define ALIGN_ERROR                                                                                          \
-    0.25f                      /* [-] of I: largest error of the current while a rotor swings to its aligned \
-#                          position */
-#define FADE_TIME        0.1f  /* [s] in which the remaining i_d of a hand-over fades */
-#define ALIGN_NATURAL    16.0f /* [rad] of the pendulum's phase in the turn of an alignment */
-#define ALIGN_TIME_MIN   0.3f  /* [s] by the rule */
-#define ALIGN_TIME_MAX   2.0f  /* [s] by the rule */
+/* [-] of I: largest error of the current while a rotor swings to its aligned position */
+#define ALIGN_ERROR      0.25f
+#define FADE_TIME        0.1f   /* [s] in which the remaining i_d of a hand-over fades */
+#define ALIGN_NATURAL    16.0f  /* [rad] of the pendulum's phase in the turn of an alignment */
+#define ALIGN_TIME_MIN   0.3f   /* [s] by the rule */
+#define ALIGN_TIME_MAX   2.0f   /* [s] by the rule */
 #define SWING_SPEED      0.333f /* [-] of w_n: six times that is 2 w_n */
 #define FALLBACK_MARGIN  1.4f   /* [-] over the time in which the current limit lets the speed pass zero */
 #define FALLBACK_MIN     20e-3f /* [s] */

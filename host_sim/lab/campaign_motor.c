@@ -22,10 +22,9 @@
 
 #define TRIP       1.4  /* [-] overspeed_trip over rated speed ... */
 #define TRIP_FIELD 1.15 /* [-] ... or over the fastest of a motor whose field is weakened */
-#define LINK_USED                                                                                            \
-    0.95                   /* [-] of dc_overvoltage: largest EMF between two phases at overspeed_trip, as a  \
-#                     share of dc_overvoltage */
-#define TURN_MOST     0.33 /* [rad] electrical, in a period at overspeed_trip */
+/* [-] of dc_overvoltage: largest EMF between two phases at overspeed_trip */
+#define LINK_USED     0.95
+#define TURN_MOST     0.33        /* [rad] electrical, in a period at overspeed_trip */
 #define SALIENT_ERROR (1.0 / 3.0) /* [-] of the error of other motors' L */
 #define SATURATES     0.6         /* [-] of rated current: least current of saturation */
 

@@ -11,12 +11,10 @@
 #define NEAR         0.05  /* [-] of rated speed, within which the speed is steady */
 #define WINDOWS_MIN  4u    /* [periods] with fewer periods that are steady in both runs nothing is compared */
 #define LEGS         3.0   /* [-] share of one leg in the mean of all */
-#define MOVED                                                                                                \
-    0.005 /* [-] of the true value: from this difference on a learnt value counts as changed                 \
-#                    */
-#define NEARER                                                                                               \
-    0.5 /* [-] of the error of the configured value: a learnt value with a smaller error                     \
-#                    cannot be the cause */
+/* [-] of the true value: from this difference on a learnt value counts as changed */
+#define MOVED 0.005
+/* [-] of the error of the configured value: a learnt value with a smaller error cannot be the cause */
+#define NEARER 0.5
 
 /* A load that depends on the angle keeps the angle error changing, independent of the learning. */
 static bool has_steady_load(const campaign_case_t *drawn)

@@ -7,9 +7,8 @@
 
 #define REPEATED_EVERY 64u  /* [-] one run of this number is made twice */
 #define SHRINK_RUNS    400u /* [runs] a violation is not minimised by more than these */
-#define AFTERWARDS                                                                                           \
-    1e-3 /* [s] by which a shortened run continues after the violation, so that its end is                   \
-#                      visible */
+/* [s] by which a shortened run continues after the violation, so that its end is visible */
+#define AFTERWARDS 1e-3
 
 static uint32_t row_of(const char *name)
 {

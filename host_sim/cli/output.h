@@ -70,7 +70,7 @@ output_progress_t output_progress_begin(void);
 void output_progress(void *progress, double fraction); /* an output_progress_t; 0..1 done */
 void output_progress_end(output_progress_t *progress); /* removes the bar */
 
-/* "did you mean NAME?" after a message; nothing without a near name. */
+/* Prints "did you mean NAME?" after a message, or nothing if there is no similar name. */
 void output_suggest(FILE *file, const char *near);
 
 /* Runs tools/SCRIPT with these arguments, of which the last is followed by NULL. The script reads `input`

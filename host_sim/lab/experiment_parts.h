@@ -67,7 +67,7 @@ double experiment_loop_filter_lower(const double *loop, uint32_t count);
 typedef struct {
     const char *name, *text;
     uint32_t entry;             /* a table of rows; 0: this setting */
-    scenario_setting_t setting; /* of a row over values */
+    scenario_setting_t setting; /* name of a point in a sweep of one row over values */
     const experiment_set_t *uses[4];
     uint32_t use_count;
     scenario_event_t ready; /* rows of its begin */

@@ -160,7 +160,7 @@ typedef struct {
     double saturation;                  /* [A] of the q axis; 0: none */
     double rated_current, rated_torque; /* [A] peak, [N m] */
     double limit, trip, start;          /* [A] */
-    bool resistive;                     /* the limit is the part that R leaves */
+    bool resistive;           /* the limit is the current at which R takes its largest share of the voltage */
     bool by_module;           /* the current of the start is limited by the current of a leg of the module */
     double link, over, under; /* [V] */
     double voltage;           /* [V] of a phase, that remains after duties, dead time and drops */

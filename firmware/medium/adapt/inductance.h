@@ -68,7 +68,7 @@
 #define INDUCTANCE_TORQUE        0.15f /* [-] of the current limit: least i_q */
 #define INDUCTANCE_FREQUENCY_1   33.0f /* [Hz] */
 #define INDUCTANCE_FREQUENCY_2   43.0f /* [Hz] if the first is too near */
-#define INDUCTANCE_FREQUENCY_3   57.0f /* [Hz] if the second is too near, too */
+#define INDUCTANCE_FREQUENCY_3   57.0f /* [Hz] if the second is too near as well */
 #define INDUCTANCE_FREQUENCIES   3u
 #define INDUCTANCE_NEAR          4.0f   /* [Hz] */
 #define INDUCTANCE_NEAR_SIXTH    6.5f   /* [Hz] distance to six times the electrical one, under torque */

@@ -44,7 +44,8 @@
 #define ACROSS        0.05f       /* current across over that along of a rotor at rest [-] */
 #define SIXTH_TURN    1.04719755f /* [rad] */
 
-/* The runs: direction of the sine, standing current, frequency. The first of each axis finds the voltage. */
+/* The runs: direction of the sine, standing current, frequency. The first run of each axis determines the
+ * voltage for the next ones. */
 typedef struct {
     bool across;     /* true: across the standing current */
     bool probe;      /* true: L is not measured yet */

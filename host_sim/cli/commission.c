@@ -203,6 +203,9 @@ static void print_end(const options_t *options, const commission_result_t *resul
         return;
     }
     commission_print_sheet(result, sheet);
+    if (result->reason[0] != '\0' && result->seconds == 0.0) { /* no step has printed it */
+        printf("%s\n", result->what);
+    }
     printf("%s after %.1f s; largest current %.3g A\n",
            result->reason[0] != '\0' ? result->reason : "commissioned", result->seconds,
            result->largest_current);

@@ -245,11 +245,9 @@ static bool ask(void *context, commission_question_t question, double *answer)
 void commission_talk_begin(commission_talk_t *talk, commission_options_t *steps)
 {
     char line[64];
-    if (talk->terminal && talk->answers.link == 0.0) {
+    for (bool asks = talk->terminal && talk->answers.link == 0.0; asks;) {
         fprintf(stderr, "Voltage of the DC link by a meter, in V? [empty: not measured] ");
-        if (read_line(line)) {
-            (void)link_of(line, &talk->answers.link);
-        }
+        asks = read_line(line) && line[0] != '\0' && !link_of(line, &talk->answers.link);
     }
     if (talk->answers.turns && talk->terminal) {
         fprintf(stderr, "Is the shaft free, uncoupled and out of reach of persons? It will turn. [y/n] ");

@@ -535,7 +535,8 @@ static double in_si(const motor_sheet_t *sheet, size_t key)
     return keys[key].factor * sheet->value[key];
 }
 
-double motor_given(const motor_sheet_t *sheet, motor_quantity_t quantity)
+/* The value of a quantity by the last of its keys that the sheet has [SI]; NAN: none. */
+static double given(const motor_sheet_t *sheet, motor_quantity_t quantity)
 {
     double value = (double)NAN;
     for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {
@@ -544,6 +545,17 @@ double motor_given(const motor_sheet_t *sheet, motor_quantity_t quantity)
         }
     }
     return value;
+}
+
+double motor_given(const motor_sheet_t *sheet, motor_quantity_t quantity)
+{
+    const double pole_pairs = given(sheet, MOTOR_POLE_PAIRS);
+    for (size_t n = 0; quantity == MOTOR_FLUX && n < MOTOR_KEY_COUNT; n++) {
+        if (sheet->has[n] && keys[n].quantity == MOTOR_FLUX) {
+            return flux_of((motor_key_t)n, sheet->value[n], pole_pairs);
+        }
+    }
+    return quantity == MOTOR_FLUX ? (double)NAN : given(sheet, quantity);
 }
 
 bool motor_make(const motor_sheet_t *sheet, motor_t *motor, scenario_error_t *error)

@@ -146,8 +146,8 @@ const char *motor_library_folder(void);
  * rated speed in 0.2 s) and the friction (a hundredth of the rated torque). */
 bool motor_make(const motor_sheet_t *sheet, motor_t *motor, scenario_error_t *error);
 
-/* The value of a quantity by the last of its keys that the sheet has [SI]; NAN: none. Not for MOTOR_FLUX,
- * whose keys need other quantities. */
+/* The value of a quantity that the sheet has [SI]: by the last of its keys, of the flux by the first; NAN:
+ * none. */
 double motor_given(const motor_sheet_t *sheet, motor_quantity_t quantity);
 
 /* Torque constant 1.5 p psi_f [N m/A]; inertia of everything that turns [kg m^2]. */

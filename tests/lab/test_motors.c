@@ -62,6 +62,7 @@ static void test_every_form_of_the_flux_gives_the_same_motor(void)
     for (size_t n = 0; n < sizeof ways / sizeof ways[0]; n++) {
         TEST_ASSERT_TRUE_MESSAGE(GIVEN(USUAL, ways[n]), error.message);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-6, 0.1, motor.value[MOTOR_FLUX], ways[n]);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-6, 0.1, motor_given(&sheet, MOTOR_FLUX), ways[n]);
         TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.6, motor_torque_constant(&motor));
     }
 }

@@ -10,7 +10,6 @@
 #define INDUCTANCE 12.5e-3 /* [H] */
 #define EFFECTIVE  0.023   /* [-] T_e/T */
 #define LINK       311.0   /* [V] */
-#define LATE       0.0205  /* t_l/T [-] of the tests with delayed edges */
 
 /* The limit is a dozen roundings of 1 A, for currents of about 0.3 A. */
 #define AMPERE_TOLERANCE (12.0 / 16777216.0)
@@ -22,7 +21,6 @@ typedef struct {
     double emf;     /* [V] length of the EMF and the voltage drop at the resistance */
     double phase;   /* [rad] phase of the EMF of the first leg in the middle of the period */
     double turn;    /* [rad] rotation of the EMF in a period, > 0 */
-    double late;    /* [-] t_l/T, the delay of all edges */
     int upper;      /* switches that are on at both ends: 1 for the upper ones, 0 for the lower ones */
 } legs_t;
 
@@ -42,8 +40,8 @@ static double way_of(const legs_t *legs)
 static double on_until(const legs_t *legs, int leg, double time)
 {
     const double band = EFFECTIVE;
-    const double falls = 0.5 * share_of(legs, leg) + legs->late;
-    const double rises = 1.0 - 0.5 * share_of(legs, leg) + legs->late;
+    const double falls = 0.5 * share_of(legs, leg);
+    const double rises = 1.0 - falls;
     const double late = way_of(legs) * legs->sign[leg] * 0.5 * band;
     if (legs->sign[leg] != 0.0) {
         return fmin(time, falls - late) + fmax(0.0, time - (rises + late));
@@ -75,8 +73,7 @@ static double current_at(const legs_t *legs, int leg, double time)
 
 static edges_t edges_of(const legs_t *legs)
 {
-    const edges_tuning_t edges =
-        edges_prepare((float)PERIOD, (float)INDUCTANCE, legs->upper != 0, (float)(legs->late * PERIOD));
+    const edges_tuning_t edges = edges_prepare((float)PERIOD, (float)INDUCTANCE, legs->upper != 0);
     const double change[3] = {current_at(legs, 0, 1.0), current_at(legs, 1, 1.0), current_at(legs, 2, 1.0)};
     const abc_t duty = {(float)(legs->duty[0] - EFFECTIVE * legs->sign[0]),
                         (float)(legs->duty[1] - EFFECTIVE * legs->sign[1]),
@@ -94,23 +91,17 @@ static double of_leg(abc_t values, int leg)
 /* Tested for all duties, with an EMF of this rotation, and with one leg after the other without current.
  * If the edge of another leg is within the dead band of the tested leg, the slope of the current changes
  * within the band, and the comparison is made in its middle. The model has the parabola of a rotating EMF;
- * the neglected terms are below turn^2/12 of the parabola, and turn^2/8 of the odd part. Delayed
- * edges follow the slope in the middle of the period; at both ends of it the EMF has rotated by turn/2, in
- * opposite directions. */
-static void expect_currents_at_the_edges(double turn, double late)
+ * the neglected terms are below turn^2/12 of the parabola, and turn^2/8 of the odd part. */
+static void expect_currents_at_the_edges(double turn)
 {
     double largest[2] = {0.0, 0.0};
     double bent = 0.0;
     for (int n = 0; n < 2 * 89; n++) {
         const double angle = 0.07 * (n / 2);
-        const double longest = late > 0.0 ? 0.4 : 0.5; /* all edges within the period */
-        for (double length = 0.0; length < longest; length += 0.09) {
+        for (double length = 0.0; length < 0.5; length += 0.09) {
             for (int leg = 0; leg < 3; leg++) {
-                legs_t legs = {.emf = 0.8 * length * LINK,
-                               .phase = angle + 0.3,
-                               .turn = turn,
-                               .late = late,
-                               .upper = n % 2};
+                legs_t legs = {
+                    .emf = 0.8 * length * LINK, .phase = angle + 0.3, .turn = turn, .upper = n % 2};
                 for (int x = 0; x < 3; x++) {
                     legs.duty[x] = 0.5 + length * cos(angle - x * 2.0943951023931953);
                     legs.sign[x] = x == leg ? 0.0 : x == (leg + 1) % 3 ? 1.0 : -1.0;
@@ -118,38 +109,31 @@ static void expect_currents_at_the_edges(double turn, double late)
                 const edges_t edges = edges_of(&legs);
                 const double swing = of_leg(edges.swing, leg);
                 const double bend = of_leg(edges.bend, leg);
-                const double falling = current_at(&legs, leg, 0.5 * share_of(&legs, leg) + late);
-                const double rising = current_at(&legs, leg, 1.0 - 0.5 * share_of(&legs, leg) + late);
+                const double falling = current_at(&legs, leg, 0.5 * share_of(&legs, leg));
+                const double rising = current_at(&legs, leg, 1.0 - 0.5 * share_of(&legs, leg));
                 const double sides = 0.5 * current_at(&legs, leg, 1.0);
-                const double amperes = PERIOD / INDUCTANCE * legs.emf; /* [A] change in a period by the EMF */
-                const double bends = amperes * turn * turn * (turn / 96.0 + late);
-                const double moves = amperes * turn * (turn / 48.0 + late);
-                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + bends, bend, sides - 0.5 * (rising + falling));
-                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + moves, 0.5 * (rising - falling),
-                                          way_of(&legs) * swing);
+                /* [A] change of the current in a period by the EMF. */
+                const double amperes = PERIOD / INDUCTANCE * legs.emf;
+                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + amperes * turn * turn * turn / 96.0, bend,
+                                          sides - 0.5 * (rising + falling));
+                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + amperes * turn * turn / 48.0,
+                                          0.5 * (rising - falling), way_of(&legs) * swing);
                 largest[n % 2] = fmax(largest[n % 2], fabs(swing));
                 bent = fmax(bent, fabs(bend));
             }
         }
     }
     TEST_ASSERT_TRUE(largest[0] > 0.1 && largest[1] > 0.1); /* [A] the currents are not zero */
-    TEST_ASSERT_TRUE(bent > (late > 0.0 ? 0.5 * late : 0.08 * turn));
+    TEST_ASSERT_TRUE(bent > 0.08 * turn);
 }
 
 static void test_currents_at_the_edges_whichever_switches_are_on_at_the_sample(void)
 {
-    expect_currents_at_the_edges(1e-6, 0.0);
+    expect_currents_at_the_edges(1e-6);
 }
 
 static void test_an_emf_that_turns_within_the_period_moves_both_edges_alike(void)
 {
-    expect_currents_at_the_edges(0.3, 0.0);
-    expect_currents_at_the_edges(0.6, 0.0);
-}
-
-/* Dead time and delays of the gates shift the whole pattern of voltages against the samples. */
-static void test_edges_that_are_late_have_the_current_that_the_emf_has_moved_until_then(void)
-{
-    expect_currents_at_the_edges(1e-6, LATE);
-    expect_currents_at_the_edges(0.3, LATE);
+    expect_currents_at_the_edges(0.3);
+    expect_currents_at_the_edges(0.6);
 }

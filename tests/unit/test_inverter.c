@@ -10,7 +10,6 @@
 #define DUTY_MAX   0.96
 #define INDUCTANCE 12.5e-3 /* [H] */
 #define EFFECTIVE  0.023   /* T_e/T [-] */
-#define LATE       0.041   /* [-] dead time and both delays, 2 t_l/T */
 #define TURN       0.4     /* [rad] rotation of the EMF in a period */
 #define OMEGA_E    ((float)(TURN / 1e-4))
 
@@ -114,8 +113,7 @@ static double complex lost_between(const abc_t *duties, double complex before, d
         }
         const double rest = 1.0 - on[leg];
         const double way = rest * free[leg] - ampere / 6.0 * longer;
-        const double current =
-            phase_of(middle, leg) - (1.0 - rest * rest) * phase_of(bent, leg) + LATE * free[leg];
+        const double current = phase_of(middle, leg) - (1.0 - rest * rest) * phase_of(bent, leg);
         lost[leg] = 0.5 * leg_at(u_dc) * (sign_of(current - way) + sign_of(current + way));
     }
     return vector_of(lost);

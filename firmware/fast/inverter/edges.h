@@ -7,17 +7,16 @@
  *     i_j - b_j - a_j (falling),   i_j - b_j + a_j (rising),   i_j = (i_j(t_k-1) + i_j(t_k))/2
  *     f = (Di - T/L u)/2
  *     a_j = (1 - d_j) f_j - T u_dc/(6 L) (sum over x of max(0, d_x - d_j) - T_e/T)
- *     b_j = omega T/4 (j f)_j (1 - (1 - d_j)^2) - (2 t_l/T) f_j
+ *     b_j = omega T/4 (j f)_j (1 - (1 - d_j)^2)
  *
  * with the change Di of the current in this period, the voltage u on the winding, and duties that act after
  * the dead time, d - T_e/T sign(i). f is the effect of EMF and resistance in half a period, the first term of
  * a_j that while the leg is off. The second is the effect of the legs that are on longer. T_e accounts for
  * the dead time of the leg itself, in which a leg without current has half of the link voltage. b_j is the
  * effect of an EMF that turns with the speed omega: the current of f is a parabola. It is small, but at a
- * turn of 0.3 rad in a period it changes the signs of both edges where i_j is almost zero. Its second part:
- * dead time and delays shift all edges by t_l, half of dead time plus both delays; until then the current
- * follows f. Where the lower switches are sampled, d is their share, 1 - duty, and currents and voltages have
- * the opposite sign. Derivation: docs/theory.md, 12.
+ * turn of 0.3 rad in a period it changes the signs of both edges where i_j is almost zero. Where the lower
+ * switches are sampled, d is their share, 1 - duty, and currents and voltages have the opposite sign.
+ * Derivation: docs/theory.md, 12.
  *
  * No state. */
 #ifndef FAST_INVERTER_EDGES_H
@@ -33,7 +32,6 @@ typedef struct {
     float whole;   /* share of the period for which the sampled switch of a leg of duty 0 is off [-] */
     float way;     /* 1, or -1 where the lower switches are sampled [-] */
     float quarter; /* `way` times T/4 [s] */
-    float late;    /* `way` times 2 t_l/T [-] */
 } edges_tuning_t;
 
 /* Of each leg [A]. */
@@ -43,12 +41,11 @@ typedef struct {
 } edges_t;
 
 /* Coefficients for the period T [s] and the inductance L [H], > 0. `upper`: the currents are sampled while
- * the upper switches are on, else the lower ones. `late`: t_l [s]. Two divisions. */
-static inline edges_tuning_t edges_prepare(float period, float inductance, bool upper, float late)
+ * the upper switches are on, else the lower ones. One division. */
+static inline edges_tuning_t edges_prepare(float period, float inductance, bool upper)
 {
     const float way = upper ? 1.0f : -1.0f;
-    return (edges_tuning_t){period / inductance, upper ? 1.0f : 0.0f, way, way * 0.25f * period,
-                            way * 2.0f * late / period};
+    return (edges_tuning_t){period / inductance, upper ? 1.0f : 0.0f, way, way * 0.25f * period};
 }
 
 /* Currents at the edges of each leg. `duty` of the upper switches that acts [-], `change` of the current in
@@ -74,10 +71,9 @@ static inline edges_t edges_currents(const edges_tuning_t *edges, abc_t duty, ab
     const float quarter = 0.25f * ampere;
     const float twelfth = ampere * (1.0f / 12.0f);
     const float common = rest.a + rest.b + rest.c + 2.0f * effective;
-    const float late = edges->late;
     return (edges_t){
-        {bent.a * (1.0f - rest.a * rest.a) - late * off.a, bent.b * (1.0f - rest.b * rest.b) - late * off.b,
-         bent.c * (1.0f - rest.c * rest.c) - late * off.c},
+        {bent.a * (1.0f - rest.a * rest.a), bent.b * (1.0f - rest.b * rest.b),
+         bent.c * (1.0f - rest.c * rest.c)},
         {rest.a * (off.a - quarter) - twelfth * (ab + ca - common),
          rest.b * (off.b - quarter) - twelfth * (ab + bc - common),
          rest.c * (off.c - quarter) - twelfth * (bc + ca - common)},

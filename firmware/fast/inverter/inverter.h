@@ -58,7 +58,7 @@ typedef struct {
     float leg;    /* loss of a leg whose sign is certain [V] */
 } inverter_acted_t;
 
-/* Computes the coefficients. Seven divisions. */
+/* Computes the coefficients. Six divisions. */
 inverter_tuning_t inverter_prepare(const inverter_params_t *params);
 
 /* Sets these coefficients; no voltage has acted yet. */

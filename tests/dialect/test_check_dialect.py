@@ -146,10 +146,10 @@ TYPES = (
      5, "double", "becomes a double", "float operands"),
     ("type of 8 bits", "hal/f28335/pwm.c",
      "extern const uint8_t octet;\n",
-     1, "compiler", "'uint8_t'", "uint16_t, and & 0xFFu"),
+     1, "compiler", "'uint8_t'", "uint16_t, with & 0xFFu"),
     ("char as a number", "hal/f28335/pwm.c",
      "struct frame {\n    unsigned char length;\n};\n",
-     2, "octet", "`length`", "uint16_t, and & 0xFFu"),
+     2, "octet", "`length`", "uint16_t, with & 0xFFu"),
     ("arithmetic on a text", "hal/f28335/pwm.c",
      "int digit(const char *text);\nint digit(const char *text)\n{\n    return *text - '0';\n}\n",
      4, "octet", "`-` on a char", "& 0xFFu"),
@@ -340,7 +340,7 @@ class CheckDialect(unittest.TestCase):
     def test_unknown_gate_is_an_error(self):
         run = self.check("style")
         self.assertEqual(run.returncode, 2)
-        self.assertIn("no gate 'style': one of types, calls, misra", run.stderr)
+        self.assertIn("no check 'style': accepted are types, calls, misra", run.stderr)
 
     def test_empty_tree_is_an_error(self):
         shutil.rmtree(self.root / "firmware")

@@ -112,7 +112,7 @@ FORBIDDEN_WORDS = (
     ("typedef struct { int8_t x; } octet_t;", "`int8_t`"),
     ("static void *f(void) { return malloc(1u); }", "`malloc`"),
     ("static void f(int x) { assert(x); }", "`assert`: console and abort of the library; use CHECK"),
-    ("void abort(void) { for (;;) { } }", "`abort`: the run-time library's", "firmware/app/app.c"),
+    ("void abort(void) { for (;;) { } }", "`abort`: abort of the run-time library", "firmware/app/app.c"),
     ("static void f(void) { exit(1); }", "`exit`"),
     ("static float f(float x) { return sinf (x); }", "`sinf`", "firmware/drive/drive.c"),
     ("static float f(void) { return 1.5f * 2.5e-3; }", "`2.5e-3`"),

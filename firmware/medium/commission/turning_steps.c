@@ -43,18 +43,16 @@
 #define SLICE_SHARE  0.9f   /* of the phase of the first cycle that the slices fill [-] */
 #define WEIGHT_MOST                                                                                          \
     5e5f /* of a slice, that of 40 windows; more would give the noise of their torque too much weight [-] */
-#define PARABOLA                                                                                             \
-    1.875f               /* 15/8 (1 - x^2)^2: share of each moment in the curvature of a fitted parabola [-] \
-                          */
+/* [-] 15/8 (1 - x^2)^2: share of each moment in the curvature of a fitted parabola */
+#define PARABOLA    1.875f
 #define SLICE_LEAST 6.0f /* [windows] */
 #define SLICE_MOST  250.0f
 #define SKIP        5u    /* [windows] after a change of the torque */
 #define CONFIRMS    0.04f /* the same of two torque tests [-] */
 #define AGREES      0.08f /* largest relative distance from the J of the swing [-] */
-#define SLICES_LEAST                                                                                         \
-    24.0f                /* of a fit: with fewer slices its standard error is too often small by chance [-]  \
-                          */
-#define STEADY_HIGH 0.9f /* of the high speed: first steady speed [-] */
+/* [-] of a fit: with fewer slices its standard error is too often small by chance */
+#define SLICES_LEAST 24.0f
+#define STEADY_HIGH  0.9f /* of the high speed: first steady speed [-] */
 #define STEADY_SLICES                                                                                        \
     10.0f /* slices of WEIGHT_MOST that a steady speed counts as: its mean of 1250 windows scatters less     \
              than 30 of 40, and an error that the slices do not have shall not prevail [-] */

@@ -1,5 +1,5 @@
 /* The memory of the stored parameters: the chip's flash or a memory on the I2C bus, as selected by the board
-#file. */
+ * file. */
 #ifndef APP_KEEPING_H
 #define APP_KEEPING_H
 

@@ -41,7 +41,7 @@
     (RECORDING_EVENTS_AT + RECORDING_EVENT * RECORDING_EVENTS + (n)*RECORDING_SNAPSHOT)
 
 /* Subject of an event: the id of a parameter or a request that has these bits from now on, or one of these
-#constants. A parameter acts with the next offer. */
+ * constants. A parameter acts with the next offer. */
 #define RECORDING_WITHDRAWN  UINT32_C(10000) /* the offered tuning, and the parameters for it */
 #define RECORDING_OFFERED    UINT32_C(10001) /* a tuning of the parameters and assumed values */
 #define RECORDING_REPORTED   UINT32_C(10002) /* the results of the background, GUARD_CORRUPT_... */

@@ -7,9 +7,8 @@
 #include "app/talk_values.h"
 
 #define SILENCE_PERIODS DRIVE_PERIODS(5e-3f) /* duration of the silence that ends an incomplete frame */
-#define RESTART_PERIODS                                                                                      \
-    DRIVE_PERIODS(20e-3f) /* time from the order to the reset, in which its answer is sent                   \
-#*/
+/* Time from the order to the reset, in which its answer is sent. */
+#define RESTART_PERIODS DRIVE_PERIODS(20e-3f)
 
 /* On a line of two wires the drive receives the octets that it sends. After this time such an octet has
  * arrived and has been read. */

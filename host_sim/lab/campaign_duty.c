@@ -1,5 +1,5 @@
 /* Judges whether a drive does its work: it runs, follows its requests, and ends operation beyond its limits.
-#*/
+ */
 #include <math.h>
 
 #include "host_sim/lab/campaign_parts.h"

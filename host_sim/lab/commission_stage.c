@@ -1,5 +1,5 @@
 /* The parameters of a step: the rows of tune for the values that are measured so far, and estimates from the
-#plate for the others. */
+ * plate for the others. */
 #include "host_sim/lab/commission_parts.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Largest number of threads, including the caller's: more than the cores of any usual machine; 1 in a build
-#that counts executed lines. */
+ * that counts executed lines. */
 #ifndef POOL_THREADS_MAX
 #define POOL_THREADS_MAX 256u
 #endif

@@ -1,5 +1,5 @@
 /* Opening and closing of the link, and requests that wait for their answers: values, orders, fault log,
-#capture buffer. */
+ * capture buffer. */
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>

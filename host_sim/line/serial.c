@@ -1,6 +1,6 @@
 /* Serial devices. Linux accepts any baud rate through its termios2, whose header and <termios.h> exclude each
-#other. Therefore this code is a separate file. Other systems accept only the rates for which they have
-#constants. */
+ * other. Therefore this code is a separate file. Other systems accept only the rates for which they have
+ * constants. */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>

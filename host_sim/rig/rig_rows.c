@@ -1,5 +1,5 @@
 /* Numbers of a row in the simulation, in double, which represents numbers of every kind exactly; and ranges
-#as text, whose ends are accepted as an input. */
+ * as text, whose ends are accepted as an input. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -129,8 +129,8 @@ static void test_what_is_not_a_drive_of_these_tables_is_refused(void)
         const char *told;
     } rows[] = {{other_tables, both},
                 {closes, "another one is connected"},
-                {granularity_of_words, "it is not a lagless drive"},
-                {packets_that_the_frames_have_no_room_for, "it is not a lagless drive"},
+                {granularity_of_words, "this is not a lagless drive"},
+                {packets_that_the_frames_have_no_room_for, "this is not a lagless drive"},
                 {speaks_something_else, "the received data are not XCP"}};
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         const int descriptor = begin();

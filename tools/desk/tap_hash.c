@@ -12,7 +12,7 @@
 #include "host_sim/lab/runner.h"
 
 /* Number of rows that one run records; the remaining places of the tap are for the expectations of the
-#scenario. */
+ * scenario. */
 #define ROWS_A_RUN 32u
 #define ROWS_MAX   256u
 

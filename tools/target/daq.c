@@ -1,6 +1,6 @@
 /* Runs the copy of samples by the interrupt on a simulated target, where tools/cost counts the instructions:
-#three floats as over the serial line, twelve as over TCP, and the largest request of two lists that are due
-#in the same period. Exit status: 0 if the queue contained all samples. */
+ * three floats as over the serial line, twelve as over TCP, and the largest request of two lists that are due
+ * in the same period. Exit status: 0 if the queue contained all samples. */
 #include <stdio.h>
 #include <string.h>
 

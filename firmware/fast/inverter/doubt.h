@@ -33,9 +33,8 @@
 #define DOUBT_TIME           5e-3f /* [s] duration of a crossing and its memory at the speeds in question */
 #define DOUBT_TURN           0.02f /* [rad] largest rotation in this time beyond the foreseen one */
 #define DOUBT_SHARE_FORESEEN 0.1f  /* [-] replaces DOUBT_SHARE while the speed changes as expected */
-#define DOUBT_SPEED_FORESEEN                                                                                 \
-    3.0f /* [rad/s] replaces DOUBT_SPEED_STEADY while the speed changes as expected                          \
-#*/
+/* [rad/s] replaces DOUBT_SPEED_STEADY while the speed changes as expected */
+#define DOUBT_SPEED_FORESEEN 3.0f
 
 typedef struct {
     float current;           /* phase current below which the loss of a leg is in doubt [A]; 0: never */

@@ -12,11 +12,10 @@
 #define PUSHED      0x10000u /* [periods] in place of a count, after a jump of the voltage */
 #define PUSH_SHARE  0.1f     /* [-] of the range: current that a jump of the voltage would have changed */
 /* The largest change of the dead time's loss: the loss of three legs, 4/3 of that of one, with the opposite
-#sign in two periods. */
+ * sign in two periods. */
 #define PUSH_DEAD 5.33333333f /* [-] */
-#define PUSH_TURN                                                                                            \
-    3.0f /* [periods] sum of the distances from the first of three periods to the others, one                \
-#and two */
+/* [periods] sum of the distances from the first of three periods to the others, one and two */
+#define PUSH_TURN 3.0f
 
 still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params)
 {

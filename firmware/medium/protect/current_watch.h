@@ -43,9 +43,8 @@
 #define CURRENT_WATCH_GAIN  UINT32_C(2) /* the gain of all sensors, or of one, is wrong */
 #define CURRENT_WATCH_LOSS  UINT32_C(4) /* no current flows through a phase */
 #define CURRENT_WATCH_SUM   UINT32_C(8) /* three currents do not add up to zero */
-#define CURRENT_WATCH_MAYBE                                                                                  \
-    UINT32_C(16) /* one of the first three conditions may follow, so that the EMF is                         \
-#not valid */
+/* One of the first three conditions may follow, so that the EMF is not valid. */
+#define CURRENT_WATCH_MAYBE UINT32_C(16)
 
 typedef struct {
     float resistance;   /* R [ohm] */

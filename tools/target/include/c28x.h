@@ -1,6 +1,6 @@
 /* For the compilers that replace that of the C28x in checks: declares the intrinsics that firmware or hal use
-#and that the C28x compiler knows without a header. On the C28x they are not calls, but move the value to
-#another register. */
+ * and that the C28x compiler knows without a header. On the C28x they are not calls, but move the value to
+ * another register. */
 #ifndef TARGET_C28X_H
 #define TARGET_C28X_H
 

@@ -1,5 +1,5 @@
 /* For clang as a 16-bit compiler, which has no C library: the single-precision functions. The call tree of
-#the interrupt must not use them although they are declared here (tools/check-dialect). */
+ * the interrupt must not use them although they are declared here (tools/check-dialect). */
 #ifndef TARGET_MATH_H
 #define TARGET_MATH_H
 

@@ -1,5 +1,5 @@
 /* For clang as a 16-bit compiler, which has no C library: the functions of it that firmware and hal may
-#use. */
+ * use. */
 #ifndef TARGET_STRING_H
 #define TARGET_STRING_H
 

@@ -265,6 +265,25 @@ static void test_a_value_without_the_noise_of_its_sensor_is_stuck_after_two_wind
     }
 }
 
+/* The same with three sensors: the limit of a stuck value is 1 A, and half of it is the largest sum of
+ * currents that are right. Phase a carries no current, for example because its switch is open. */
+static void test_three_values_that_add_up_to_zero_are_not_stuck(void)
+{
+    static const struct {
+        float added; /* [A] by the sensor of c */
+        uint32_t seen;
+    } cases[] = {{0.45f, 0u}, {0.55f, CURRENT_WATCH_STUCK}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        prepare(true, 1.0, 1.0);
+        scatter = 3.9e-4f;
+        for (uint32_t k = 0; k < 10u * WINDOW; k++) {
+            const float b = 0.002f * (float)(k % 3u);
+            judge((ab_t){0.0f, 0.0f}, (abc_t){0.0f, b, cases[n].added - b}, (ab_t){0.0f, 0.0f});
+        }
+        TEST_ASSERT_EQUAL_UINT32(cases[n].seen, seen);
+    }
+}
+
 /* With exact sensors and a constant current no sensor is found stuck. The allowances for R/2 and for the
  * whole dead time cover any voltage, for any time. */
 static void test_a_constant_current_is_not_a_stuck_sensor(void)

@@ -14,6 +14,7 @@
  *             effects can change
  *             or the value has not changed for long, while another sensor's value and p have changed
  *             or it has not changed for so long that the noise of the sensors rules it out
+ *             Three values that add up to zero are those of the currents: none of them is stuck.
  *     gain    of the new part of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
  *             and by more than the saliency of a rotor in any position explains

@@ -183,7 +183,7 @@ plant.dc_voltage = "270 V"
         folders = [os.path.join(self.folder, name) for name in ("a", "b")]
         self.expect(0, lagless("compare", *folders))
         lagless("run", self.scenario(duration="1 ms", name="other.toml"), "--out", folders[0])
-        self.expect(2, lagless("compare", *folders), "it holds 2 recordings: a, other")
+        self.expect(2, lagless("compare", *folders), "it contains 2 recordings: a, other")
         self.expect(2, lagless("compare", self.folder, folders[1]), "it holds 0 recordings")
 
     def test_a_matrix_that_is_stopped_leaves_nothing_and_reports_it(self):

@@ -184,7 +184,7 @@ plant.dc_voltage = "270 V"
         self.expect(0, lagless("compare", *folders))
         lagless("run", self.scenario(duration="1 ms", name="other.toml"), "--out", folders[0])
         self.expect(2, lagless("compare", *folders), "it contains 2 recordings: a, other")
-        self.expect(2, lagless("compare", self.folder, folders[1]), "it holds 0 recordings")
+        self.expect(2, lagless("compare", self.folder, folders[1]), "it contains 0 recordings")
 
     def test_a_matrix_that_is_stopped_leaves_nothing_and_reports_it(self):
         folder = os.path.join(self.folder, "m")

@@ -8,7 +8,13 @@
 #ifndef MATH_WINDING_H
 #define MATH_WINDING_H
 
+#include <stdbool.h>
+
+#include "math/bounds.h"
 #include "math/frames.h"
+
+#define WINDING_SOUND                                                                                        \
+    0.5f /* [-] of the least error of a sensor that is judged: largest sum of right currents */
 
 typedef struct {
     float per_volt;   /* T/L [A/V] */
@@ -30,6 +36,14 @@ static inline winding_t winding_prepare(float resistance, float inductance, floa
 static inline float winding_slow_link(float inductance, float range, float period)
 {
     return 0.02f * 1.5f * range * inductance / period;
+}
+
+/* True if three measured currents add up to zero, compared with the least error of a sensor that is judged,
+ * `error` [A]. Then no sensor is stuck, because a stuck value would make the sum different by its error. One
+ * of the values may not change because a switch or a wire does not conduct. */
+static inline bool winding_adds_up(const abc_t *current, float error)
+{
+    return bounds_within(current->a + current->b + current->c, WINDING_SOUND * error);
 }
 
 /* [A]; `voltage` is the sum [V] over `periods`, between these two currents [A]. */

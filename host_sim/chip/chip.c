@@ -50,7 +50,7 @@ static int64_t no_encoder(void *context, uint64_t tick)
     return 0;
 }
 
-static const chip_world_t nothing = {
+const chip_world_t chip_unconnected = {
     .analog = no_voltage, .gates = no_gates, .carrier = no_carrier, .encoder = no_encoder};
 
 static void power_on(chip_t *chip, uint32_t crystal_hz, bool boot_rom)
@@ -130,7 +130,7 @@ void chip_boot(chip_t *chip)
 void chip_bind(chip_t *chip, const chip_world_t *world)
 {
     chip_bound = chip;
-    chip_world = world != NULL ? world : &nothing;
+    chip_world = world != NULL ? world : &chip_unconnected;
     f28335_base = (const volatile uint16_t *)&chip->registers;
 }
 

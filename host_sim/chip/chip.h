@@ -154,9 +154,12 @@ void chip_debug_run(chip_t *chip);
  * are still served, independent of INTM. */
 void chip_debug_realtime(chip_t *chip, bool on);
 
+/* Nothing is connected to the pins: 0 V, no encoder. */
+extern const chip_world_t chip_unconnected;
+
 /* Connects the bus of this thread (hal/f28335/bus.h) to this chip, and the pins of the chip to `world`. Both
- * must exist as long as the connection. Another call replaces the connection. world = NULL: nothing is
- * connected to the pins (0 V, no encoder). */
+ * must exist as long as the connection. Another call replaces the connection. world = NULL:
+ * chip_unconnected. */
 void chip_bind(chip_t *chip, const chip_world_t *world);
 
 /* Lets time pass on the bound chip: all events with tick < until occur, including interrupts. At the return

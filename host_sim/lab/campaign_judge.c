@@ -56,19 +56,15 @@ static double offset_of(const campaign_case_t *drawn, const campaign_motor_t *mo
                         const campaign_injected_t *injected)
 {
     const char *const row = campaign_faults[injected->kind].row;
-    if (strcmp(row, "current_offset_a") == 0) {
-        return fabs(injected->value * motor->current - CAMPAIGN_VALUE(drawn, offset_a));
-    }
-    if (strcmp(row, "current_offset_b") == 0) {
-        return fabs(injected->value * motor->current - CAMPAIGN_VALUE(drawn, offset_b));
-    }
-    return 0.0;
+    const bool a = strcmp(row, "current_offset_a") == 0;
+    const double before = a ? CAMPAIGN_VALUE(drawn, offset_a) : CAMPAIGN_VALUE(drawn, offset_b);
+    return a || strcmp(row, "current_offset_b") == 0 ? fabs(injected->value * motor->current - before) : 0.0;
 }
 
-static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign_injected_t *injected)
+static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign_motor_t *motor,
+                                    const campaign_injected_t *injected)
 {
     const campaign_fault_t *fault = &campaign_faults[injected->kind];
-    const campaign_motor_t motor = campaign_motor(drawn);
     const bool until_told = (fault->excuse & CAMPAIGN_UNTIL_TOLD) != 0u;
     const bool while_slow = (fault->excuse & CAMPAIGN_WHILE_SLOW) != 0u;
     const bool uncoded = (fault->excuse & CAMPAIGN_UNCODED) != 0u;
@@ -83,7 +79,7 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
         .told = until_told ? campaign_periods(injected->time + PROMISED_NOTICE) : UINT32_MAX,
         .turned = until_told ? 0.0 : CAMPAIGN_TURN,
         .notice = until_told ? campaign_periods(PROMISED_NOTICE) : 0u,
-        .offset = offset_of(drawn, &motor, injected),
+        .offset = offset_of(drawn, motor, injected),
     };
 }
 
@@ -117,7 +113,7 @@ void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn,
     watch->per_omega = watch->motor.pole_pairs * RIG_PERIOD_SECONDS;
     watch->drift = largest_drift(drawn);
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        watch->excused[n] = excuse_of(drawn, &drawn->faults[n]);
+        watch->excused[n] = excuse_of(drawn, &watch->motor, &drawn->faults[n]);
     }
     campaign_duty_begin(watch);
     campaign_truth_begin(watch);

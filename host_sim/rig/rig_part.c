@@ -46,7 +46,7 @@ void rig_exchange_set(rig_t *rig, const table_row_t *row, double value)
 /* [ticks] of a time in a period; a negative one is 0. */
 static uint64_t ticks_of(float seconds)
 {
-    return seconds > 0.0f ? (uint64_t)((double)seconds * 150e6 + 0.5) : 0u;
+    return seconds > 0.0f ? (uint64_t)((double)seconds * (double)CHIP_TICKS_PER_SECOND + 0.5) : 0u;
 }
 
 /* [ticks] begin of the present period. */
@@ -55,34 +55,12 @@ static uint64_t period_begin(const rig_t *rig)
     return rig->state.start + RIG_PERIOD_TICKS * rig->state.period;
 }
 
+static float seconds_of(uint64_t ticks)
+{
+    return (float)((double)ticks / (double)CHIP_TICKS_PER_SECOND);
+}
+
 /* ---- the drive ---- */
-
-static double no_voltage(void *context, uint64_t tick, uint32_t channel)
-{
-    (void)context;
-    (void)tick;
-    (void)channel;
-    return 0.0;
-}
-
-static void no_gates(void *context, uint64_t tick, uint32_t level, uint32_t driven)
-{
-    (void)context;
-    (void)tick;
-    (void)level;
-    (void)driven;
-}
-
-static void no_carrier(void *context, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,
-                       bool ends)
-{
-    (void)context;
-    (void)tick;
-    (void)period;
-    (void)high;
-    (void)dead;
-    (void)ends;
-}
 
 /* Whether its own interrupt was late, only the drive knows. */
 void rig_part_take(const rig_t *rig, drive_samples_t *samples)
@@ -112,7 +90,7 @@ void rig_part_give(rig_t *rig, const drive_command_t *command)
     to->command_gates = command->gates;
     to->command_chopper = (command->outputs & DRIVE_OUTPUT_CHOPPER) != 0u;
     to->command_brake = (command->outputs & DRIVE_OUTPUT_BRAKE) != 0u;
-    to->command_time = (float)((double)(chip_now(&rig->state.chip) - period_begin(rig)) / 150e6);
+    to->command_time = seconds_of(chip_now(&rig->state.chip) - period_begin(rig));
     to->command_dead_time = rig->state.app.active.dead_time;
     to->command_encoder_lines = rig->state.app.active.encoder_lines;
 }
@@ -215,8 +193,7 @@ static void step_plant(rig_t *rig)
         write_command(rig);
     }
     rig_step(rig);
-    rig->cut.exchange.trip_time =
-        rig->cut.tripped > from ? (float)((double)(rig->cut.tripped - begin) / 150e6) : -1.0f;
+    rig->cut.exchange.trip_time = rig->cut.tripped > from ? seconds_of(rig->cut.tripped - begin) : -1.0f;
 }
 
 void rig_part_sample(rig_t *rig)
@@ -237,9 +214,9 @@ void rig_part_cut(rig_t *rig, rig_part_t part)
     cut->exchange.command_dead_time = params->dead_time;
     cut->exchange.command_encoder_lines = params->encoder_lines;
     if (part == RIG_DRIVE) {
-        rig->world.analog = no_voltage;
-        rig->world.gates = no_gates;
-        rig->world.carrier = no_carrier;
+        rig->world.analog = chip_unconnected.analog;
+        rig->world.gates = chip_unconnected.gates;
+        rig->world.carrier = chip_unconnected.carrier;
     }
     if (part == RIG_PLANT) {
         rig->world.interrupt = on_interrupt;

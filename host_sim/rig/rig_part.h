@@ -59,7 +59,7 @@ typedef enum { RIG_RING, RIG_DRIVE, RIG_PLANT } rig_part_t;
     F(6032, trip_time, "s", -1.0f, -1.0f, 1.0f,                                                              \
       "time from the beginning of the last period until the module tripped within it; negative: it did not")
 
-/* Row of an id; NULL: no such row. */
+/* The rows that the parts exchange; true: the row belongs to the command of the drive. */
 const table_t *rig_exchange_table(void);
 bool rig_exchange_is_command(const table_row_t *row);
 

@@ -128,6 +128,16 @@ static void run(uint32_t periods)
     }
 }
 
+/* Runs, and then shorts a switch of the ring and of the plant. */
+static void run_to_short(void)
+{
+    put("short_circuit_current", 60.0);
+    cut();
+    run(2000);
+    TEST_ASSERT_TRUE(rig_put(ring.rig, "shorted_switches", SHORTED));
+    TEST_ASSERT_TRUE(rig_put(plant.rig, "shorted_switches", SHORTED));
+}
+
 static void test_parts_that_exchange_once_a_period_have_the_bits_of_the_ring(void)
 {
     cut();
@@ -159,11 +169,7 @@ static void test_a_trip_within_a_period_is_exact_if_the_drive_repeats_the_period
     void *before = malloc(rig_state_size());
     void *part = malloc(rig_part_state_size());
     uint32_t repeated = 0;
-    put("short_circuit_current", 60.0);
-    cut();
-    run(2000);
-    TEST_ASSERT_TRUE(rig_put(ring.rig, "shorted_switches", SHORTED));
-    TEST_ASSERT_TRUE(rig_put(plant.rig, "shorted_switches", SHORTED));
+    run_to_short();
     for (uint32_t n = 0; n < 100u; n++) {
         rig_step(ring.rig);
         rig_part_sample(plant.rig);
@@ -193,11 +199,7 @@ static void test_a_trip_within_a_period_is_exact_if_the_drive_repeats_the_period
  * drive's report comes in the next period. */
 static void test_a_trip_that_is_not_repeated_is_reported_one_period_later(void)
 {
-    put("short_circuit_current", 60.0);
-    cut();
-    run(2000);
-    TEST_ASSERT_TRUE(rig_put(ring.rig, "shorted_switches", SHORTED));
-    TEST_ASSERT_TRUE(rig_put(plant.rig, "shorted_switches", SHORTED));
+    run_to_short();
     for (uint32_t n = 0; n < 50u; n++) {
         const double before = rig_value(ring.rig, "fault_reason");
         rig_step(ring.rig);

@@ -65,7 +65,7 @@ def tokens_of(text):
 
 
 def number_changes(text):
-    """The replacements of a number: plus and minus one for a whole number; for others twice and half of it, or another number for 0."""
+    """The replacements of a number: one more and one less for a whole number; twice and half the value for another number; one for 0.0."""
     digits, suffix = re.fullmatch(r"(0[xX][0-9a-fA-F]+|[\d.]+(?:[eE][+-]?\d+)?)([fFuUlL]*)", text).groups()
     if re.fullmatch(r"0[xX].*", digits):
         return [f"{value:#x}{suffix}" for value in (int(digits, 16) + 1, int(digits, 16) - 1) if value >= 0]

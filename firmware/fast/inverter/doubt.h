@@ -122,8 +122,8 @@ static inline bool doubt_step(doubt_t *doubt, const doubt_tuning_t *tuning, cons
     } else if (span.smallest < zone && zone < share * span.largest && small &&
                input->leg * zone > DOUBT_ANGLE * input->amplitude * span.largest) {
         doubt->left = tuning->memory;
-    } else if (doubt->left >
-               0u) { /* a bit that flips in the memory must not make the loop coast for longer */
+    } else if (doubt->left > 0u) {
+        /* a bit that flips in the memory must not make the loop coast for longer */
         doubt->left = (doubt->left < tuning->memory ? doubt->left : tuning->memory) - 1u;
     }
     return doubt->left > 0u;

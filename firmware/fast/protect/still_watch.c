@@ -4,7 +4,6 @@
 #include "math/winding.h"
 
 #define OFF_SHARE   0.05f    /* [-] of the range */
-#define SOUND_SHARE 0.5f     /* [-] of the largest difference: sum of three currents that are right */
 #define FAR_SHARE   0.15f    /* [-] of the range */
 #define NONE_SHARE  0.0075f  /* [-] of the range: largest value of a phase without current */
 #define OFF_PERIODS 4u       /* [periods]: a step of the reference is visible in the third sample */
@@ -62,8 +61,7 @@ bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning,
     const float most = alone ? tuning->far : tuning->off;
     const float push = explained(watch, tuning, input->u_dc, input->omega_e);
     const bool counts = !input->limited || input->u_dc > tuning->slow;
-    const bool sound =
-        tuning->sensors == 3u && bounds_within(current.a + current.b + current.c, SOUND_SHARE * tuning->off);
+    const bool sound = tuning->sensors == 3u && winding_adds_up(&current, tuning->off);
     bool stuck = false;
     for (uint32_t n = 0; n < tuning->sensors; n++) {
         const uint32_t still = watch->still[n];

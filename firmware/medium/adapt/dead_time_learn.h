@@ -51,11 +51,10 @@
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] largest missing EMF of the speed over the same */
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] least EMF of a step over that of the speed */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] least current over the zone */
-#define DEAD_TIME_LEARN_SWINGS                                                                               \
-    4.0f /* [-] least current over the change that the EMF alone makes in T; leg_zone.h uses this value */
-#define DEAD_TIME_LEARN_NOISES  2000.0f /* [-] least square of the current over that of a sensor's noise */
-#define DEAD_TIME_LEARN_STEADY  0.8f    /* [-] least square of the mean direction of the current */
-#define DEAD_TIME_LEARN_AGAINST 0.127f  /* [-] largest EMF against the current over that voltage */
+#define DEAD_TIME_LEARN_SWINGS    4.0f  /* [-] least current over the change that the EMF alone makes in T */
+#define DEAD_TIME_LEARN_NOISES    2000.0f /* [-] least square of the current over that of a sensor's noise */
+#define DEAD_TIME_LEARN_STEADY    0.8f    /* [-] least square of the mean direction of the current */
+#define DEAD_TIME_LEARN_AGAINST   0.127f  /* [-] largest EMF against the current over that voltage */
 #define DEAD_TIME_LEARN_RANGE                                                                                \
     1.7f /* [-] largest T_e over the dead band or the configured T_e; gate delays are below */
 #define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] larger values are invalid measurements */

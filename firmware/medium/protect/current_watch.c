@@ -14,18 +14,17 @@
 #define LONG_STILL    15e-3f      /* [s] longest time without a change of a sound value while others change */
 #define SILENT        16u         /* [periods] without a change of a value with a noise of NOISY_CODES */
 #define NOISY_CODES   2.0f        /* [-] standard deviation */
-#define SOUND_SHARE   0.5f    /* [-] of the limit of a stuck value: sum of three currents that are right */
-#define CODES         2048.0f /* [-] of the range */
-#define BESIDE_SHARE  0.002f  /* [-] of the range: change of another sensor by then, four codes */
-#define URGENT        3.0f    /* [-] of the limit: beyond it any stuck value is reported after JUMP_TIME */
-#define SURPRISE      0.15f   /* [-] of the range: largest observer error of a sound current */
-#define JUMP_SHARE    0.5f    /* [-] of p: error by a wrong L */
-#define GAIN_SHARE    0.03f   /* [-] of the range: smallest Dp */
-#define GAIN_MIN      0.65f   /* [-] assumed L 30 % too small: 0.7 */
-#define GAIN_MAX      1.45f   /* [-] assumed L 30 % too large: 1.3 */
-#define GAIN_RATIO    1.2f    /* [-] of two sensors, if L is the same along all axes */
-#define GAIN_APART    1e-3f   /* [-] below this the ratio of two sensors is not limited */
-#define GAIN_SALIENT  0.05f   /* [-] (L_q - L_d)/(L_q + L_d) from which the position of the rotor counts */
+#define CODES         2048.0f     /* [-] of the range */
+#define BESIDE_SHARE  0.002f      /* [-] of the range: change of another sensor by then, four codes */
+#define URGENT        3.0f  /* [-] of the limit: beyond it any stuck value is reported after JUMP_TIME */
+#define SURPRISE      0.15f /* [-] of the range: largest observer error of a sound current */
+#define JUMP_SHARE    0.5f  /* [-] of p: error by a wrong L */
+#define GAIN_SHARE    0.03f /* [-] of the range: smallest Dp */
+#define GAIN_MIN      0.65f /* [-] assumed L 30 % too small: 0.7 */
+#define GAIN_MAX      1.45f /* [-] assumed L 30 % too large: 1.3 */
+#define GAIN_RATIO    1.2f  /* [-] of two sensors, if L is the same along all axes */
+#define GAIN_APART    1e-3f /* [-] below this the ratio of two sensors is not limited */
+#define GAIN_SALIENT  0.05f /* [-] (L_q - L_d)/(L_q + L_d) from which the position of the rotor counts */
 #define GAIN_AXIS     0.33333333f /* [-] half of the vector along the axis of the sensor: 3/4 of a square 1/4 */
 #define GAIN_SWING    3.0f        /* [-] Dp over the error by the EMF of a rotor that swings */
 #define GAIN_PAIR     2.5f        /* [-] of the smallest Dp^2: least Dp^2 of a sensor that is compared */
@@ -244,14 +243,6 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
            stands(tuning, phase, beside) || is_silent(tuning, phase->still, input->noise);
 }
 
-/* True if three sensors are right, because their values add up to zero: a stuck value would make the sum
- * different by its error. A value then does not change because a switch or a wire does not conduct. */
-static bool add_up(const current_watch_tuning_t *tuning, const abc_t *current)
-{
-    return tuning->sensors == 3u &&
-           bounds_within(current->a + current->b + current->c, SOUND_SHARE * tuning->stuck);
-}
-
 /* Judges each sensor and the wires. */
 static uint32_t judge_phases(current_watch_t *watch, const current_watch_input_t *input,
                              const current_watch_window_t *window)
@@ -260,7 +251,9 @@ static uint32_t judge_phases(current_watch_t *watch, const current_watch_input_t
     for (uint32_t n = 0; n < watch->tuning.sensors; n++) {
         stuck = is_stuck(watch, n, window, input) || stuck;
     }
-    uint32_t bits = stuck && !add_up(&watch->tuning, &input->current) ? CURRENT_WATCH_STUCK : 0u;
+    const current_watch_tuning_t *tuning = &watch->tuning;
+    const bool sound = tuning->sensors == 3u && winding_adds_up(&input->current, tuning->stuck);
+    uint32_t bits = stuck && !sound ? CURRENT_WATCH_STUCK : 0u;
     bits |= current_watch_wires(watch, input, window);
     return watch->suspected != 0u ? bits | CURRENT_WATCH_MAYBE : bits;
 }

@@ -117,6 +117,8 @@ SECTIONS
                       *(.text:pair_dq) *(.text:snapshot) *(.text:snapshot_catch) *(.text:still_watch_moved)
                       /* firmware/fast/inverter/svpwm.c */
                       *(.text:leg) *(.text:shortened) *(.text:svpwm_beyond)
+                      /* firmware/fast/protect/still_watch.c */
+                      *(.text:winding_adds_up)
                       /* firmware/fast/reference/catch.c */
                       *(.text:turned_on)
                       /* firmware/fast/reference/reference.c */

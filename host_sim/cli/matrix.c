@@ -303,7 +303,7 @@ static void print_cell(FILE *file, const matrix_cell_t *cell)
     fprintf(file, "{\"cell\": ");
     json_text(file, matrix_cell_name(text, cell));
     print_text(file, "fault", matrix_faults[cell->fault].name);
-    print_text(file, "manoeuvre", cell->user != NULL ? "scenario" : matrix_manoeuvres[cell->manoeuvre].name);
+    print_text(file, "manoeuvre", cell->user != NULL ? matrix_scenario : matrix_manoeuvres[cell->manoeuvre].name);
     print_text(file, "source", matrix_source_name(cell->place));
     if (cell->user == NULL) {
         print_text(file, "shaft", matrix_shaft_name(cell->place));
@@ -369,6 +369,23 @@ static const char *manoeuvre_text(size_t n)
     return matrix_manoeuvres[n].text;
 }
 
+/* The run of the user is the only column. Its text: "Rated load, faults at 1.5 s; promised as in run_fast,
+ * sensorless". */
+static void scenario_text(char to[TEXT_MAX], const options_t *options, const matrix_cell_t *cell)
+{
+    snprintf(to, TEXT_MAX, "%s, faults at %g s; promised as in %s, %s", options->user.scenario->title,
+             options->user.at, matrix_manoeuvres[cell->manoeuvre].name, matrix_source_name(cell->place));
+}
+
+static void print_scenario(FILE *file, const options_t *options, const matrix_cell_t *cells)
+{
+    char text[TEXT_MAX];
+    scenario_text(text, options, &cells[0]);
+    fprintf(file, ",\n\"manoeuvres\": [{\"name\": \"%s\"", matrix_scenario);
+    print_text(file, "text", text);
+    fprintf(file, "}]");
+}
+
 static void print_json(FILE *file, const options_t *options, const matrix_cell_t *cells, size_t count)
 {
     const tally_t all = tally(cells, count);
@@ -378,7 +395,11 @@ static void print_json(FILE *file, const options_t *options, const matrix_cell_t
         fprintf(file, ", \"seed\": %" PRIu64, options->choice.seed);
     }
     print_list(file, "faults", matrix_fault_count, fault_name, fault_text);
-    print_list(file, "manoeuvres", matrix_manoeuvre_count, manoeuvre_name, manoeuvre_text);
+    if (options->scenario != NULL) {
+        print_scenario(file, options, cells);
+    } else {
+        print_list(file, "manoeuvres", matrix_manoeuvre_count, manoeuvre_name, manoeuvre_text);
+    }
     fprintf(file, ",\n\"cells\": [");
     for (size_t n = 0; n < count; n++) {
         fprintf(file, n == 0 ? "\n" : ",\n");
@@ -453,8 +474,8 @@ static void print_user_table(const options_t *options, const matrix_cell_t *cell
     char seen[TEXT_MAX];
     char promised[TEXT_MAX];
     const bool colours = output_colours(stdout);
-    printf("%s, faults at %g s; promised as in %s, %s\n\n", options->user.scenario->title, options->user.at,
-           matrix_manoeuvres[cells[0].manoeuvre].name, matrix_source_name(cells[0].place));
+    scenario_text(seen, options, &cells[0]);
+    printf("%s\n\n", seen);
     for (size_t n = 0; n < count; n++) {
         const matrix_cell_t *cell = &cells[n];
         printf("%-18s", matrix_faults[cell->fault].name);

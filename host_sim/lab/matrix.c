@@ -76,10 +76,12 @@ const char *matrix_shaft_name(uint32_t place)
     return (1u << place & (MATRIX_ENCODER_H | MATRIX_SENSORLESS_H)) != 0u ? "h" : "l";
 }
 
+const char *const matrix_scenario = "scenario";
+
 const char *matrix_cell_name(char to[MATRIX_NAME_SIZE], const matrix_cell_t *cell)
 {
     if (cell->user != NULL) {
-        snprintf(to, MATRIX_NAME_SIZE, "%s/scenario/%s", matrix_faults[cell->fault].name,
+        snprintf(to, MATRIX_NAME_SIZE, "%s/%s/%s", matrix_faults[cell->fault].name, matrix_scenario,
                  matrix_source_name(cell->place));
     } else {
         snprintf(to, MATRIX_NAME_SIZE, "%s/%s/%s/%s", matrix_faults[cell->fault].name,

@@ -182,6 +182,7 @@ const char *matrix_shaft_name(uint32_t place);
 
 /* "open_phase_a/run_fast/sensorless/h". Returns `to`. */
 #define MATRIX_NAME_SIZE 96u
+extern const char *const matrix_scenario; /* the name of the manoeuvre of cells in a user's run */
 const char *matrix_cell_name(char to[MATRIX_NAME_SIZE], const matrix_cell_t *cell);
 
 /* Name of one bit: "rides", ...; "follows", ...; "reaction", .... */

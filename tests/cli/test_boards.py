@@ -161,7 +161,10 @@ class Boards(TestCase):
             whole = [random.Random(f"matrix of boards {seed}").choice(whole)]
             print(f"LAGLESS_GRID_SEED={seed}: the matrix of {whole[0][0]}")
         for board, told in whole:
-            self.expect(0, lagless("matrix", "--board", board), told)
+            pages = os.path.join(self.folder, "pages")
+            self.expect(0, lagless("matrix", "--board", board, "--out", pages), told)
+            self.assertIn('id="stuck_a_rail.scenario.sensorless"', self.read("pages/matrix.html"))
+            shutil.rmtree(pages)
 
     def test_what_tune_writes_for_a_board_names_it(self):
         path = os.path.join(self.folder, "my.toml")

@@ -402,7 +402,9 @@ class Test(command_line.TestCase):
         path = self.write(self.SCENARIO % "600 r/min")
         done = self.lagless("matrix", "--scenario", path, "--at", "0.3 s", "--only", "stuck_a_rail", "--json")
         self.assertEqual(0, done.returncode, done.stderr)
-        cell, = json.loads(done.stdout)["cells"]
+        matrix = json.loads(done.stdout)
+        cell, = matrix["cells"]
+        self.assertRegex(matrix["manoeuvres"][0]["text"], "faults at 0.3 s; promised as in run_fast, encoder$")
         self.assertEqual(("stuck_a_rail/scenario/encoder", "scenario", "run_fast", "opens"),
                          (cell["cell"], cell["manoeuvre"], cell["promised_as"], cell["seen"]["reaction"]))
         self.assertLessEqual(cell["seen"]["gates_off_ms"], 1.0)

@@ -3,20 +3,14 @@
 
 usage: matrix.py JSON HTML [--title TEXT]     writes HTML, one file that needs no network
 
-JSON: an object with `faults` and `manoeuvres` (each a list of {name, text}) and `cells`, a list of objects with these keys: needed       cell
-                                                                                                                                          fault
-                                                                                                                                          manoeuvre
-                                                                                                                                          source
-                                                                                                                                          shaft
-                                                                                                                                          verdict
-                                                                                                                                          (green,
-                                                                                                                                          red,
-                                                                                                                                          never)
+JSON: an object with `faults` and `manoeuvres` (each a list of {name, text}) and `cells`, a list of objects with these keys:
+  needed       cell, fault, manoeuvre, source, verdict (green, red, never)
   of never     because
   of the rest  red_by, promised {text, because}, seen {text, reaction}
-Rows are the faults, columns the manoeuvres; each combination has four fields: encoder and sensorless, each on both shafts. A field has the first
-letter of the observed reaction. The letter is a capital if the reaction differs from the promise, for readers who do not see the colour. Ends
-with 0 done, 2 wrong use or input, 3 page cannot be written. Python 3.9.
+  shaft        h or l, in all cells or in none. Without it, the cells are those of a user's run (`--scenario`, `--board`).
+Rows are the faults, columns the manoeuvres. With shafts, each combination has four fields: encoder and sensorless, each on both shafts. Without
+them it has one field. A field has the first letter of the observed reaction. The letter is a capital if the reaction differs from the promise,
+for readers who do not see the colour. Ends with 0 done, 2 wrong use or input, 3 page cannot be written. Python 3.9.
 """
 import argparse
 import html
@@ -28,7 +22,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # python -I do
 from table import InputError
 
 PARTS = pathlib.Path(__file__).resolve().with_name("page")
-TEXTS = ("cell", "fault", "manoeuvre", "source", "shaft")
+TEXTS = ("cell", "fault", "manoeuvre", "source")
 VERDICTS = ("green", "red", "never")
 LETTERS = {"rides": "r", "warns": "w", "catches": "c", "refuses": "n", "stops": "s", "opens": "o"}
 PLACES = (("encoder", "h"), ("encoder", "l"), ("sensorless", "h"), ("sensorless", "l"))
@@ -42,6 +36,14 @@ def wanted(where, thing, key, kind, what):
     if not isinstance(value, kind):
         raise InputError(f"{where}: {key}: {what} is expected")
     return value
+
+
+def place_of(cell):
+    return tuple(cell.get(key) for key in ("fault", "manoeuvre", "source", "shaft"))
+
+
+def has_shafts(matrix):
+    return any(isinstance(cell, dict) and "shaft" in cell for cell in matrix["cells"])
 
 
 def read_matrix(path):
@@ -73,7 +75,9 @@ def read_matrix(path):
             for key, texts in (("promised", ("text", "because")), ("seen", ("text", "reaction"))):
                 for text in texts:
                     wanted(f"{where}: {key}", wanted(where, cell, key, dict, "an object"), text, str, "a text")
-        place = tuple(cell[key] for key in TEXTS[1:])
+        if has_shafts(matrix):
+            wanted(where, cell, "shaft", str, "a text")
+        place = place_of(cell)
         if place in seen:
             raise InputError(f"{where}: {cell['cell']} occurs twice")
         seen.add(place)
@@ -101,14 +105,16 @@ def field(cell):
     return f'<a class="cell {cell["verdict"]}" href="#{escape(anchor(cell))}" title="{title}">{letter}</a>'
 
 
-def overview(matrix, places):
+def overview(matrix):
+    places = {place_of(cell): cell for cell in matrix["cells"]}
+    fields = PLACES if has_shafts(matrix) else sorted({place_of(cell)[2:] for cell in matrix["cells"]})
     head = "".join(f'<th title="{escape(row["text"])}">{escape(row["name"])}</th>' for row in matrix["manoeuvres"])
     body = []
     for fault in matrix["faults"]:
         if not any(key[0] == fault["name"] for key in places):
             continue
         columns = "".join(
-            "<td>" + "".join(field(places.get((fault["name"], row["name"], *place))) for place in PLACES) + "</td>"
+            "<td>" + "".join(field(places.get((fault["name"], row["name"], *place))) for place in fields) + "</td>"
             for row in matrix["manoeuvres"])
         body.append(f'<tr><th title="{escape(fault["text"])}"><a href="#{escape(fault["name"])}">{escape(fault["name"])}</a></th>'
                     f'{columns}</tr>')
@@ -124,7 +130,7 @@ def told(cell):
         by = f'<br><small>not as promised: {escape(cell["red_by"])}</small>' if cell["red_by"] else ""
         what = (f'<td data-label="promised:">{escape(cell["promised"]["text"])}{because}</td>'
                 f'<td data-label="observed:">{escape(cell["seen"]["text"])}{by}</td>')
-    name = " ".join(cell[key] for key in ("manoeuvre", "source", "shaft"))
+    name = " ".join(text for text in place_of(cell)[1:] if text is not None)
     return (f'<tr id="{escape(anchor(cell))}"><td>{escape(name)}</td>'
             f'<td><span class="word {cell["verdict"]}">{WORDS[cell["verdict"]]}</span></td>{what}</tr>')
 
@@ -144,9 +150,16 @@ def sections(matrix):
     return "".join(parts)
 
 
+def lead(matrix):
+    """What a row, a column and a field of the matrix are."""
+    if has_shafts(matrix):
+        return ("A row is an injected fault, a column the manoeuvre in which it occurs. Each place has four cells: with the encoder on the paper's "
+                "rig (shaft h) and on the bare motor (shaft l), then without encoder on h and l.")
+    return f"A row is a fault that was injected into this run: {escape(', '.join(row['text'] for row in matrix['manoeuvres']))}."
+
+
 def page(matrix, title):
     count = {verdict: sum(cell["verdict"] == verdict for cell in matrix["cells"]) for verdict in VERDICTS}
-    places = {tuple(cell[key] for key in TEXTS[1:]): cell for cell in matrix["cells"]}
     totals = " &nbsp; ".join(f'<b>{count[verdict]}</b> <span class="word {verdict}">{WORDS[verdict]}</span>'
                              for verdict in VERDICTS)
     drawn = ""
@@ -159,11 +172,10 @@ def page(matrix, title):
             '<meta name="color-scheme" content="light dark">'
             f'<title>{escape(title)}</title><style>{css}</style></head><body><h1>{escape(title)}</h1>'
             f'<p class="totals">{totals}</p>{drawn}'
-            '<p class="lead">A row is an injected fault, a column the manoeuvre in which it occurs. Each place has four cells: with '
-            "the encoder on the paper's rig (shaft h) and on the bare motor (shaft l), then without encoder on h and l. The letter "
+            f'<p class="lead">{lead(matrix)} The letter '
             f'shows what the drive did: {letters}. A capital letter on red is a reaction that was not promised. Select a cell to '
             'see its numbers.</p>'
-            f'<div class="wide">{overview(matrix, places)}</div>'
+            f'<div class="wide">{overview(matrix)}</div>'
             f'<details><summary>meaning of the manoeuvres</summary><dl>{manoeuvres}</dl></details>{sections(matrix)}</body></html>\n')
 
 

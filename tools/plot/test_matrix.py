@@ -79,6 +79,16 @@ class Page(unittest.TestCase):
         run = [("unseen", ""), ("red", "O"), ("never", "·"), ("green", "w")]
         self.assertEqual(fields.boxes, [("green", "r")] + 3 * [("unseen", "")] + run)
 
+    def test_a_run_of_the_user_has_one_field_for_each_fault(self):
+        cells = [cell("stuck", "scenario", "sensorless", None, "red"), cell("open", "scenario", "sensorless", None, "green", "warns")]
+        for one in cells:
+            del one["shaft"]
+        text = self.written({**matrix(), "manoeuvres": [{"name": "scenario", "text": "<Load> step, faults at 2 s"}], "cells": cells})
+        self.assertEqual(Fields(text).boxes, [("red", "O"), ("green", "w")])
+        self.assertIn("this run: &lt;Load&gt; step, faults at 2 s.", text)
+        self.assertIn("<td>scenario sensorless</td>", text)
+        self.assertNotIn("four cells", text)
+
     def test_a_fault_without_a_cell_has_no_row(self):
         self.assertNotIn('id="open"', self.written(matrix()))
 

@@ -368,6 +368,25 @@ class Compares(Case):
             for shown, true in zip(column(drawn["apart"], "d.i_q"), (0.0, 0.0, 0.0, -0.1)):
                 self.assertAlmostEqual(shown, true, places=6)
 
+    def test_what_is_computed_from_signals_is_drawn_for_each_recording_and_a_common_limit_once(self):
+        voltages = (("i_q[A],state[-]", "u_d[V],u_q[V]"), ("# choices", "# value dc_overvoltage: 400 V\n# choices"))
+        a = self.recording(*voltages)
+        b = self.recording(*voltages, ("-0.1,1", "-3,4"), name="b.csv")
+        self.expect(1, lagless("compare", a, b, "--plot", cwd=self.folder))
+        if UPLOT:
+            drawn = layouts(self.folder / "runs" / "compare" / "compare.html")["both"]
+            labels = {trace["label"]: trace["column"] for trace in drawn["panels"][0]["traces"]}
+            self.assertEqual({"u_q A", "u_q B", "u_d A", "u_d B", "length of the vector A", "length of the vector B"}, set(labels))
+            self.assertAlmostEqual(column(drawn, labels["length of the vector A"])[-1], 1.01 ** 0.5, places=3)
+            self.assertAlmostEqual(column(drawn, labels["length of the vector B"])[-1], 5.0, places=3)
+        measured = (("i_q[A],state[-]", "u_dc[V],i_q[A]"), voltages[1])
+        self.expect(1, lagless("compare", self.recording(*measured), self.recording(*measured, ("-0.1,1", "300,4"), name="b.csv"), "--out",
+                               self.folder / "dc"))
+        if UPLOT:
+            drawn = layouts(self.folder / "dc" / "compare.html")["both"]
+            labels = [trace["label"] for panel in drawn["panels"] for trace in panel["traces"]]
+            self.assertEqual(1, sum(label.startswith("dc_overvoltage") for label in labels), labels)
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])

@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
-from test_browser import (CANVASES, SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for,  # noqa: E402
+from test_browser import (CANVASES, CUT, SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for,  # noqa: E402
                           page_fits)
 
 WIDTHS = (1400, 390)
@@ -144,6 +144,47 @@ def check_cursor(seen):
         raise Fault(f"under the cursor: {texts}")
 
 
+# For each tenth of a panel in which a trace has values within the axis: the pixels in the colour of such a trace, if they are few.
+GAPS = """
+const rgb = text => {
+    const context = new OffscreenCanvas(1, 1).getContext('2d', {willReadFrequently: true});
+    context.fillStyle = text;
+    context.fillRect(0, 0, 1, 1);
+    return [...context.getImageData(0, 0, 1, 1).data];
+};
+return [...document.querySelectorAll('.plots')].flatMap(host => (host.plots || []).flatMap((plot, index) => {
+    if (JSON.parse(host.querySelector('script').textContent).panels[index].kind === 'bands') return [];
+    const {left, top, width, height} = plot.bbox;
+    const copy = new OffscreenCanvas(width, height).getContext('2d', {willReadFrequently: true});
+    copy.drawImage(plot.ctx.canvas, -left, -top);
+    const data = copy.getImageData(0, 0, width, height).data;
+    const {min, max} = plot.scales.y;
+    const found = [];
+    for (let part = 0; part < 10; part++) {
+        const [from, to] = [0, 1].map(k => Math.floor((part + k) * width / 10));
+        const inside = x => x >= plot.posToVal(from / devicePixelRatio, 'x') && x < plot.posToVal(to / devicePixelRatio, 'x');
+        const colours = plot.series.slice(1).filter((_, k) => plot.data[0].some((x, i) => plot.data[k + 1][i] != null && inside(x) &&
+            plot.data[k + 1][i] >= min && plot.data[k + 1][i] <= max)).map((series, k) => rgb(series.stroke(plot, k + 1)));
+        let count = 0;
+        for (let y = 0; y < height; y++) for (let x = from; x < to; x++) {
+            const i = 4 * (y * width + x);
+            if (data[i + 3] > 100 && colours.some(c => [0, 1, 2].every(k => Math.abs(c[k] - data[i + k]) < 40))) count++;
+        }
+        if (colours.length && count < 4) found.push(`${host.dataset.figure} panel ${index}, tenth ${part}: ${count} pixels`);
+    }
+    return found;
+}))"""
+
+
+def check_gaps(seen):
+    """A trace does not vanish in a part of its panel, for instance where an angle has more turns than there are pixels."""
+    expect(seen.browser.run(GAPS), [], "parts of a panel that show no trace")
+
+
+def check_numbers(seen):
+    expect(seen.browser.run(CUT), [], "numbers that are cut off at the end of the axis")
+
+
 def check_asked(seen):
     only_asked_for(seen.browser, seen.path.resolve().as_uri())
 
@@ -162,8 +203,8 @@ def check_hidden(seen):
 
 # The checks of a page without plots.
 OF_TEXT = (check_room, check_hidden, check_asked, check_console)
-CHECKS = (check_state, check_left_ends, check_legends, check_units, check_traces, check_bands, check_room, check_hidden, check_cursor,
-          check_asked, check_console)
+CHECKS = (check_state, check_left_ends, check_legends, check_units, check_traces, check_bands, check_gaps, check_numbers, check_room,
+          check_hidden, check_cursor, check_asked, check_console)
 
 
 class Seen:
@@ -187,7 +228,7 @@ class Seen:
 
 
 def pages(lagless, folder):
-    """The pages as {name: page}: of a run with a fault, and of two compared runs."""
+    """The pages as {name: page}: of a run with a fault, of a start with many turns, of two compared runs, and of a fault matrix."""
     for name, more in (("run", ()), ("other", ("--set", "load_torque=2 N m"))):
         done = subprocess.run([lagless, "run", "stuck_sensor", *more, "--plot", "--out", folder / name, "--quiet"], stderr=subprocess.PIPE,
                               text=True, check=False)
@@ -196,9 +237,10 @@ def pages(lagless, folder):
             sys.exit(SKIPPED)
     subprocess.run([lagless, "compare", *(folder / name / "stuck_sensor.csv" for name in ("run", "other")), "--out", folder / "compare"],
                    stdout=subprocess.DEVNULL, check=False)
+    subprocess.run([lagless, "run", "cold_start", "--plot", "--out", folder / "start", "--quiet"], check=False)
     subprocess.run([lagless, "matrix", "--share", "3", "--out", folder / "matrix"], stdout=subprocess.DEVNULL, check=False)
-    return {"run": folder / "run" / "stuck_sensor.html", "compare": folder / "compare" / "compare.html",
-            "matrix": folder / "matrix" / "matrix.html"}
+    return {"run": folder / "run" / "stuck_sensor.html", "start": folder / "start" / "cold_start.html",
+            "compare": folder / "compare" / "compare.html", "matrix": folder / "matrix" / "matrix.html"}
 
 
 def main():

@@ -69,6 +69,18 @@ const gaps = x.slice(1).map((value, k) => plot.valToPos(value, 'x') - plot.valTo
 return {count: x.length, step: x.length > 1 ? x[1] - x[0] : 0, gap: Math.min(...gaps),
         marked: plot.series[1].points.show(plot, 1, plot.series[1].idxs ? plot.series[1].idxs[0] : 0, 0) !== false}"""
 
+# Numbers of the x axis that end outside their canvas.
+CUT = """
+return [...document.querySelectorAll('.plots')].flatMap(host => (host.plots || []).flatMap((plot, index) => {
+    const {_splits, _values, show} = plot.axes[0];
+    if (!show || !_values) return [];
+    const ctx = document.createElement('canvas').getContext('2d');
+    ctx.font = '12px system-ui, sans-serif';
+    const left = plot.bbox.left / devicePixelRatio;
+    return _values.map((text, k) => text ? [text, left + plot.valToPos(_splits[k], 'x') + ctx.measureText(text).width / 2] : ['', 0])
+        .filter(([_, end]) => end > plot.width).map(([text]) => `${host.dataset.figure} panel ${index}: ${text}`);
+}))"""
+
 
 class Fault(Exception):
     """A check that failed."""
@@ -268,6 +280,10 @@ class Page:
         wanted = {each["id"] for each in self.manifest["figures"] if each["paper"] and each["id"] not in NO_PLOTS}
         expect({layout[0] for layout in layouts}, wanted, "figures with plots")
 
+    def no_number_is_cut_off(self):
+        self.scrolled()
+        expect(self.browser.run(CUT), [], "numbers that are cut off at the end of the axis")
+
     def finest(self):
         """The index and the step [s] of the layout over time with the smallest distance between grid lines; scrolls to it so that it is
         drawn."""
@@ -336,7 +352,7 @@ class Page:
         console_is_clean(self.browser)
 
     CHECKS = (all_rows_are_in_the_table, verdicts_have_sign_and_word, anchors_lead_somewhere, data_are_beside_it,
-              pictures_are_decoded, every_canvas_shows_its_traces, as_many_plots_as_panels,
+              pictures_are_decoded, every_canvas_shows_its_traces, as_many_plots_as_panels, no_number_is_cut_off,
               drag_zooms_all_panels_and_double_click_resets, single_periods_can_be_seen, cursor_is_shared_and_has_units,
               nothing_overflows, asked_nobody, console_is_clean)
 
@@ -380,6 +396,7 @@ SEEDED = (
       "without a trace"),
      ("panels that do not zoom together", replaced(("of figure.plots)", "of figure.plots.slice(0, 1))")),
       Page.drag_zooms_all_panels_and_double_click_resets, "axes of all panels"),
+     ("numbers that are cut off", replaced(("layout.log ? 26 : 14", "14")), Page.no_number_is_cut_off, "10,000"),
      ("a broken picture", replaced(("data:image/png;base64,iVBOR", "data:image/png;base64,AAAAA")), Page.pictures_are_decoded,
       "cannot be shown")),
     (("plots that fail", replaced(("new DecompressionStream", "new Decompression")), Page.as_many_plots_as_panels,

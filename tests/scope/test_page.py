@@ -73,6 +73,21 @@ return {begin: record.begin, end: record.end, zero: record.zero, first: record.s
         speed_at_first: speed[0], speed_least: Math.min(...speed), held: scope.state.held}"""
 
 
+# Old values with less contrast than WCAG 2.1 requires of large text, 3 : 1, on the card behind them.
+FAINT = """
+const light = parts => parts.slice(0, 3).map(p => p / 255).map(p => p <= 0.04045 ? p / 12.92 : ((p + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, p, k) => sum + [0.2126, 0.7152, 0.0722][k] * p, 0);
+const parts = text => text.match(/[\\d.]+/g).map(Number);
+return [...document.querySelectorAll('.tile b, .legend b')].filter(each => each.offsetWidth).map(each => {
+    let opacity = 1;
+    for (let up = each; up; up = up.parentElement) opacity *= getComputedStyle(up).opacity;
+    const back = parts(getComputedStyle(each.closest('.card')).backgroundColor);
+    const ink = parts(getComputedStyle(each).color).map((p, k) => p * opacity + back[k] * (1 - opacity));
+    const [a, b] = [light(ink), light(back)];
+    return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+}).filter(ratio => ratio < 3)"""
+
+
 class Bench:
     """A drive, a scope, a browser."""
 
@@ -293,6 +308,11 @@ class Bench:
         self.drive.send_signal(signal.SIGTERM)
         self.drive.wait(20)
         self.wait("document.body.dataset.link === 'lost'", "the loss of the link")
+        expect(self.run("return [...document.querySelectorAll('#plate button, #plate input')].filter(each => !each.disabled).length"), 0,
+               "controls of the commissioning that are enabled without a link")
+        faint = self.run(FAINT)
+        if faint:
+            raise Fault(f"old values that cannot be read: {faint}")
         self.click("#stop")
         self.wait("document.getElementById('alarm').innerText.includes('did not reach')", "the alarm")
         self.shoot("lost")

@@ -210,18 +210,22 @@ def merged(comparison):
     return both, others
 
 
-def both_panels(drawn, scales, others):
-    """Each trace of A as a solid line, and the same of B as a dashed line."""
+def both_panels(drawn, scales, others, derived):
+    """Each trace of A as a solid line, and the same of B as a dashed line; a derived column, for instance a limit, is one line if it is equal
+    in both. `derived`: the columns of B that are computed from others."""
     panels = []
     for panel in drawn.panels:
         traces = []
         for trace in panel.traces:
-            scale = scales.get(trace.column)
-            derived = scale is None
-            traces.append(trace if derived else dataclasses.replace(trace, label=f"{trace.label} A", dashed=False))
-            if not derived and trace.column in others:
+            of_a = drawn.data.columns[trace.column]
+            of_b = others[trace.column] * scales[trace.column] if trace.column in scales and trace.column in others else derived.get(trace.column)
+            if trace.column not in scales and of_b is not None and numpy.array_equal(of_a, of_b, equal_nan=True):
+                traces.append(trace)
+                continue
+            traces.append(dataclasses.replace(trace, label=f"{trace.label} A", dashed=False))
+            if of_b is not None:
                 name = f"B.{trace.column}"
-                drawn.data.columns[name] = others[trace.column] * scale
+                drawn.data.columns[name] = of_b
                 drawn.data.units[name] = drawn.data.units[trace.column]
                 traces.append(dataclasses.replace(trace, column=name, label=f"{trace.label} B", dashed=panel.kind != "bands"))
         panels.append(dataclasses.replace(panel, traces=traces,
@@ -261,9 +265,25 @@ class Both(drive.Drawn):
                 scale = drive.RPM if self.data.units[name] == "r/min" else 1e3 if self.data.units[name] == "mrad" else 1.0
                 scales[name] = scale
                 self.data.columns[name] = both.columns[name] * scale
+        taken = set(both.units)
+        derived = {name: numpy.where(self.within(comparison.b), values, numpy.nan) for name, values in self.of_b(both, others, comparison, tables)
+                   if name not in taken}
+        for name in set(self.data.columns) - taken - {"time"}:
+            self.data.columns[name] = numpy.where(self.within(comparison.a), self.data.columns[name], numpy.nan)
         differing = {one.name for one in comparison.differences}
         self.apart = difference_panels(self, scales, others, differing)
-        self.panels = both_panels(self, scales, others)
+        self.panels = both_panels(self, scales, others, derived)
+
+    @staticmethod
+    def of_b(both, others, comparison, tables):
+        """The columns that the panels of B alone would show, as pairs of name and values."""
+        whole = {name: numpy.where(numpy.isfinite(values), values, 0.0) for name, values in {**both.columns, **others}.items()}
+        return drive.Drawn(dataclasses.replace(both, columns=whole, values=comparison.b.values), tables).data.columns.items()
+
+    def within(self, recording):
+        """True where the recording has samples."""
+        own = recording.periods() * recording.period
+        return (self.data.columns["time"] >= own[0]) & (self.data.columns["time"] <= own[-1])
 
     def differences(self, name):
         return Layout(name, "time", "time [s]", self.apart)
@@ -299,7 +319,8 @@ def draw(look, comparison, report):
                                             page.plots([both.layout("both")], both.data), "", png)]
         if both.apart and not png:
             sections.append(drive_page.plot_section("apart", "B minus A", [], page.plots([both.differences("apart")], both.data), "", None))
-        sections.insert(0, f'<section id="differences"><h2>Differences</h2><pre>{page.escape(chr(10).join(report))}</pre></section>')
+        lines = "".join(f'<span class="line">{page.escape(line)}</span>' for line in report)
+        sections.insert(0, f'<section id="differences"><h2>Differences</h2><pre>{lines}</pre></section>')
         lead = (f"<b>A</b>: {page.escape(comparison.a.path)}. {page.escape(drive_page.about(comparison.a))}<br>"
                 f"<b>B</b>: {page.escape(comparison.b.path)}. {page.escape(drive_page.about(comparison.b))}")
         return drive_page.write(folder / "compare.html", title, lead, sections)

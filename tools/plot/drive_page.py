@@ -56,7 +56,7 @@ def settings_section(recording, rows):
     first = setting_rows(recording, rows, touched)
     rest = setting_rows(recording, rows, lambda name, value: not touched(name, value))
     count = rest.count("<tr>")
-    table = '<div class="wide"><table class="data">' + head + "<tbody>{}</tbody></table></div>"
+    table = '<div class="wide"><table class="data settings">' + head + "<tbody>{}</tbody></table></div>"
     return ('<section id="settings"><h2>Settings at t = 0</h2>'
             + (table.format(first) if first else "<p>All settings have their defaults.</p>")
             + (f"<details><summary>the other {count} settings, at their defaults</summary>{table.format(rest)}</details>" if rest else "")
@@ -103,7 +103,7 @@ def about(recording):
 
 def write(path, title, lead, sections, alarms=(), how=""):
     library = page.uplot()
-    ids = {"run": "Plots", "fault": "Fault", "verdicts": "Verdicts", "settings": "Settings", "scenario": "Scenario",
+    ids = {"run": "Plots", "fault": "Fault", "verdicts": "Expectations", "settings": "Settings", "scenario": "Scenario",
            "differences": "Differences", "both": "Both", "apart": "B minus A"}
     links = " ".join(f'<a href="#{name}">{text}</a>' for name, text in ids.items() if any(f'id="{name}"' in part for part in sections))
     text = string.Template((PARTS / "drive.html").read_text(encoding="utf-8")).substitute(

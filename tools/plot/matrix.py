@@ -140,13 +140,14 @@ def sections(matrix):
     for fault in matrix["faults"]:
         cells = [cell for cell in matrix["cells"] if cell["fault"] == fault["name"]]
         if cells:
+            head = "<thead><tr><th>cell</th><th>verdict</th><th>promised</th><th>observed</th></tr></thead>"
             rows = "".join(told(cell) for cell in cells if cell["verdict"] != "never")
             never = "".join(told(cell) for cell in cells if cell["verdict"] == "never")
+            table = f'<div class="wide"><table class="cells">{head}<tbody>{rows}</tbody></table></div>' if rows else ""
             never = (f'<details><summary>cells that cannot occur</summary><table class="cells"><tbody>{never}</tbody></table>'
                      '</details>') if never else ""
             parts.append(f'<section id="{escape(fault["name"])}"><h2>{escape(fault["name"])}</h2><p>{escape(fault["text"])}</p>'
-                         '<div class="wide"><table class="cells"><thead><tr><th>cell</th><th></th><th>promised</th><th>observed</th></tr></thead>'
-                         f'<tbody>{rows}</tbody></table></div>{never}</section>')
+                         f'{table}{never}</section>')
     return "".join(parts)
 
 
@@ -160,23 +161,24 @@ def lead(matrix):
 
 def page(matrix, title):
     count = {verdict: sum(cell["verdict"] == verdict for cell in matrix["cells"]) for verdict in VERDICTS}
-    totals = " &nbsp; ".join(f'<b>{count[verdict]}</b> <span class="word {verdict}">{WORDS[verdict]}</span>'
+    totals = " &nbsp; ".join(f'<span class="total"><b>{count[verdict]}</b> <span class="word {verdict if count[verdict] else "zero"}">{WORDS[verdict]}</span></span>'
                              for verdict in VERDICTS)
     drawn = ""
     if "seed" in matrix:
         drawn = f"<p>Selected: {escape(matrix.get('share_percent'))} % of the cells, by seed {escape(matrix['seed'])}.</p>"
     letters = ", ".join(f"<b>{letter}</b> {REACTIONS[name]}" for name, letter in LETTERS.items())
     manoeuvres = "".join(f"<dt>{escape(row['name'])}</dt><dd>{escape(row['text'])}</dd>" for row in matrix["manoeuvres"])
+    meaning = f"<details><summary>meaning of the manoeuvres</summary><dl>{manoeuvres}</dl></details>" if has_shafts(matrix) else ""
     css = "".join((PARTS / name).read_text(encoding="utf-8") for name in ("page.css", "matrix.css"))
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
             '<meta name="color-scheme" content="light dark">'
             f'<title>{escape(title)}</title><style>{css}</style></head><body><h1>{escape(title)}</h1>'
             f'<p class="totals">{totals}</p>{drawn}'
             f'<p class="lead">{lead(matrix)} The letter '
-            f'shows what the drive did: {letters}. A capital letter on red is a reaction that was not promised. Select a cell to '
-            'see its numbers.</p>'
+            f'shows what the drive did: {letters}. A capital letter on red is a reaction that was not promised; <b>·</b> is a cell '
+            'that cannot occur. Select a cell to see its numbers.</p>'
             f'<div class="wide">{overview(matrix)}</div>'
-            f'<details><summary>meaning of the manoeuvres</summary><dl>{manoeuvres}</dl></details>{sections(matrix)}</body></html>\n')
+            f'{meaning}{sections(matrix)}</body></html>\n')
 
 
 def main():

@@ -350,7 +350,7 @@ def condition_table(manifest):
     body = "".join(f'<tr><th scope="row">{escape(each["name"])}</th>{cell("number", number(each["value"]))}'
                    f'{cell("unit", unit(each["unit"]))}<td>{escape(each["text"])}</td></tr>'
                    for each in manifest["conditions"])
-    return ('<div class="wide"><table class="data shared"><thead><tr><th>name</th><th class="number">value</th>'
+    return ('<div class="wide"><table class="data shared settings"><thead><tr><th>name</th><th class="number">value</th>'
             f'<th>unit</th><th>what it is</th></tr></thead><tbody>{body}</tbody></table></div>')
 
 

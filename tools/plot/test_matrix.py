@@ -88,6 +88,17 @@ class Page(unittest.TestCase):
         self.assertIn("this run: &lt;Load&gt; step, faults at 2 s.", text)
         self.assertIn("<td>scenario sensorless</td>", text)
         self.assertNotIn("four cells", text)
+        self.assertNotIn("meaning of the manoeuvres", text)
+
+    def test_a_number_of_zero_has_no_colour_and_stays_beside_its_word(self):
+        held = [cell("stuck", "off", "encoder", "h", "green", "rides")]
+        self.assertIn('<span class="total"><b>0</b> <span class="word zero">not as promised</span></span>', self.written({**matrix(), "cells": held}))
+
+    def test_a_fault_whose_cells_cannot_occur_has_their_reasons_and_no_empty_table(self):
+        text = self.written({**matrix(), "cells": [cell("stuck", "run", "sensorless", "h", "never")]})
+        self.assertNotIn("<tbody></tbody>", text)
+        self.assertIn("cells that cannot occur", text)
+        self.assertIn("<b>·</b> is a cell that cannot occur", text)
 
     def test_a_fault_without_a_cell_has_no_row(self):
         self.assertNotIn('id="open"', self.written(matrix()))

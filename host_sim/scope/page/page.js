@@ -787,7 +787,7 @@ const scope = (() => {
 
     /* The controls that have no effect without a link. STOP is none of them, because it reports whether it reached the drive. */
     const COMMANDS = "#speed button, #speed input, #requests select, #requests input, #params select, #params input, #staged button, " +
-        ".orders button, #buffer select, #buffer input, #chosen button, #every, #find_signal";
+        ".orders button, #buffer select, #buffer input, #chosen button, #every, #find_signal, #plate button, #plate input";
 
     /* Shows the age of the displayed values, and whether they still agree with the drive. */
     function showAge() {

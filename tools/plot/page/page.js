@@ -8,6 +8,7 @@
     const LIMIT_NEAR = 0.4; // of a limit: what comes so far brings it onto the axis
     const BAND = 22; // [px] a line of a panel of bands
     const LABEL = 58; // [px] room for the numbers of an axis, at least
+    const TURN = 8; // [px] width of a turn whose wraps are gaps; a gap takes about 3 px
     const BUTTONS = 16; // events with a button, at most
     const TINTS = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [119, 119, 119]];
     const LIGHTER = {"#0072B2": "#4FA8E0", "#009E73": "#2FC49A", "#777777": "#9AA4AF", "#B3261E": "#FF938A"}; // on a dark page
@@ -203,14 +204,17 @@
         };
     }
 
-    /* There is no line where an angle wraps. */
+    /* There is no line where an angle wraps. Turns of less than TURN pixels keep their lines, because gaps would hide them. */
     const turns = half => (plot, k, from, to, gaps) => {
         const values = plot.data[k];
+        const wraps = [];
         for (let i = from + 1; i <= to; i++) {
             if (values[i] != null && values[i - 1] != null && Math.abs(values[i] - values[i - 1]) > half) {
-                gaps.push([i - 1, i].map((at, end) => Math.round(plot.valToPos(plot.data[0][at], "x", true)) + 2 * end - 1));
+                wraps.push([i - 1, i].map((at, end) => Math.round(plot.valToPos(plot.data[0][at], "x", true)) + 2 * end - 1));
             }
         }
+        const near = (a, b) => a && b && Math.abs(a[0] - b[0]) < TURN * devicePixelRatio;
+        gaps.push(...wraps.filter((wrap, n) => !near(wrap, wraps[n - 1]) && !near(wrap, wraps[n + 1])));
         return gaps.sort((a, b) => a[0] - b[0]);
     };
 
@@ -253,7 +257,7 @@
         const count = panel.traces.length;
         const font = "11px system-ui, sans-serif";
         return {
-            ...options, height: BAND * count + options.padding[0] + 6,
+            ...options, class: "bands", height: BAND * count + options.padding[0] + 6,
             scales: {...options.scales, y: {range: () => [0, count]}},
             axes: [{...options.axes[0], show: false, size: 0},
                    {...options.axes[1], label: undefined, labelSize: 0, size: layout.label + 18, font, gap: 4, grid: {show: false}, ticks: {show: false},
@@ -284,7 +288,7 @@
         const options = {
             width: host.clientWidth - 2, height: Math.round((last ? 60 : 38) + 150 * panel.height),
             title: panel.title || undefined,
-            padding: [panel.note || (layout.events.length && index === 0) ? 18 : 8, 14, 0, 0],
+            padding: [panel.note || (layout.events.length && index === 0) ? 18 : 8, layout.log ? 26 : 14, 0, 0], // half of "10,000"
             scales: {x: {time: false, distr: layout.log ? 3 : 1, range: (_, min, max) => [min, max]},
                      y: {distr: panel.log_y ? 3 : 1, ...(ranged ? {range: reach(panel, figure)} : {})}},
             axes: [{...look, ...linear(layout.log), label: last ? layout.xlabel : undefined, labelSize: 20, size: 30},
@@ -332,7 +336,7 @@
             const half = factor * (max - min) / 2;
             zoom(figure, middle - half, middle + half);
         };
-        button("all", "show the whole time axis", () => zoom(figure, ...figure.full));
+        button("all", "show the whole axis", () => zoom(figure, ...figure.full));
         if (!figure.log) {
             button("+", "zoom in", towards(0, 0.5));
             button("−", "zoom out", towards(0, 2));
@@ -344,14 +348,14 @@
                 button(`${event.time} s: ${event.text}`, "zoom to this event",
                        () => zoom(figure, event.time - 0.02 * length, event.time + 0.08 * length));
             }
-            button(`${NEAR} samples`, "zoom in until each line of the CSV is a visible point", () => {
+            button(`zoom to ${NEAR} samples`, "zoom in until each line of the CSV is a visible point", () => {
                 const middle = (figure.view[0] + figure.view[1]) / 2;
                 zoom(figure, middle - NEAR / 2 * figure.step, middle + NEAR / 2 * figure.step);
             });
         }
         const hint = document.createElement("span");
         hint.className = "hint";
-        hint.textContent = "drag to zoom, double click to show everything, click a name to hide its line";
+        hint.textContent = "Drag to zoom, double-click to show everything, click a name to hide its line.";
         bar.append(hint);
         return bar;
     }

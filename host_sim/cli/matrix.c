@@ -535,7 +535,7 @@ static int tell(const options_t *options, const matrix_cell_t *cells, size_t cou
         print_table(cells, count);
     }
     fflush(stdout);
-    fprintf(stderr, "%zu cells pass, %zu fail, %zu cannot occur; %zu unexpected; %.1f s", all.green, all.red,
+    fprintf(stderr, "cells: %zu pass, %zu fail, %zu cannot occur; %zu unexpected; %.1f s", all.green, all.red,
             all.never, all.surprises, seconds);
     if (options->has_share) {
         fprintf(stderr, "; %g %% of the cells, seed %" PRIu64, 100.0 * options->choice.share,

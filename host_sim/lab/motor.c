@@ -90,8 +90,33 @@ static void forget_family(motor_sheet_t *sheet, motor_quantity_t quantity)
     }
 }
 
+/* The key whose name with the unit behind it is this name, as in rated_speed_rpm; MOTOR_KEY_COUNT if there is
+ * none. */
+static size_t key_before_unit(const char *name)
+{
+    for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {
+        const size_t length = strlen(keys[n].name);
+        char one[64];
+        double value;
+        units_error_t why;
+        if (strncmp(name, keys[n].name, length) == 0 && name[length] == '_') {
+            snprintf(one, sizeof one, "1 %s", name + length + 1u);
+            if (units_read(one, read_as((motor_key_t)n), &value, &why)) {
+                return n;
+            }
+        }
+    }
+    return MOTOR_KEY_COUNT;
+}
+
 static bool unknown_key(const char *name, scenario_place_t place, scenario_error_t *error)
 {
+    const size_t bare = key_before_unit(name);
+    if (bare != MOTOR_KEY_COUNT) {
+        return scenario_fail(error, place, name,
+                             "a motor has no such key; the unit belongs to the value: %s = \"NUMBER %s\"",
+                             keys[bare].name, name + strlen(keys[bare].name) + 1u);
+    }
     names_search_t search = names_search(name);
     for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {
         names_consider(&search, keys[n].name);

@@ -74,7 +74,7 @@ bool scenario_fail(scenario_error_t *error, scenario_place_t place, const char *
 
 bool scenario_no_memory(scenario_error_t *error)
 {
-    return scenario_fail(error, nowhere, "file", "not enough memory to read it");
+    return scenario_fail(error, nowhere, TOML_WHOLE_FILE, "there is not enough memory to read it");
 }
 
 const char *scenario_error_text(const scenario_error_t *error, char *to, size_t size)
@@ -82,6 +82,8 @@ const char *scenario_error_text(const scenario_error_t *error, char *to, size_t 
     if (error->place.line != 0u) {
         snprintf(to, size, "%s:%lu:%lu: %s: %s", error->file, (unsigned long)error->place.line,
                  (unsigned long)error->place.column, error->name, error->message);
+    } else if (strcmp(error->name, TOML_WHOLE_FILE) == 0) {
+        snprintf(to, size, "%s: %s", error->file, error->message);
     } else {
         snprintf(to, size, "%s: %s: %s", error->file, error->name, error->message);
     }

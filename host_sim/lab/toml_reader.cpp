@@ -356,7 +356,7 @@ bool load(const char *path, std::vector<char> &content, toml_error_t *error)
     struct stat kind {
     };
     if (descriptor < 0 || fstat(descriptor, &kind) != 0) {
-        say(error, nowhere, "file", std::string("cannot be read: ") + std::strerror(errno));
+        say(error, nowhere, TOML_WHOLE_FILE, std::string("it cannot be read: ") + std::strerror(errno));
         if (descriptor >= 0) {
             close(descriptor);
         }
@@ -365,8 +365,8 @@ bool load(const char *path, std::vector<char> &content, toml_error_t *error)
     std::FILE *file = S_ISREG(kind.st_mode) ? fdopen(descriptor, "rb") : nullptr;
     if (file == nullptr) {
         close(descriptor);
-        say(error, nowhere, "file",
-            std::string("cannot be read: it is ") +
+        say(error, nowhere, TOML_WHOLE_FILE,
+            std::string("it cannot be read, because it is ") +
                 (S_ISDIR(kind.st_mode) ? "a directory" : "not a plain file"));
         return false;
     }
@@ -380,7 +380,7 @@ bool load(const char *path, std::vector<char> &content, toml_error_t *error)
     const bool good = std::ferror(file) == 0;
     std::fclose(file);
     if (!good) {
-        say(error, nowhere, "file", "cannot be read to its end");
+        say(error, nowhere, TOML_WHOLE_FILE, "it cannot be read to its end");
         return false;
     }
     return true;
@@ -398,8 +398,8 @@ toml_file_t *guarded(const char *path, const char *text, size_t octets, toml_err
             octets = content.size();
         }
         if (octets > TOML_OCTETS_MAX) {
-            say(error, {0u, 0u}, "file",
-                "is too large: accepted up to " + std::to_string(TOML_OCTETS_MAX) + " octets");
+            say(error, {0u, 0u}, TOML_WHOLE_FILE,
+                "it is too large; accepted: up to " + std::to_string(TOML_OCTETS_MAX) + " octets");
             return nullptr;
         }
         try {
@@ -409,8 +409,8 @@ toml_file_t *guarded(const char *path, const char *text, size_t octets, toml_err
             return nullptr;
         }
     } catch (const std::exception &) {
-        std::snprintf(error->name, sizeof error->name, "file");
-        std::snprintf(error->message, sizeof error->message, "not enough memory to read it");
+        std::snprintf(error->name, sizeof error->name, TOML_WHOLE_FILE);
+        std::snprintf(error->message, sizeof error->message, "there is not enough memory to read it");
         error->line = 0;
         error->column = 0;
         return nullptr;

@@ -19,6 +19,7 @@ extern "C" {
 #endif
 
 #define TOML_OCTETS_MAX (UINT32_C(1) << 20) /* [octets] */
+#define TOML_WHOLE_FILE "file"              /* the name in an error that concerns the whole file */
 
 typedef enum {
     TOML_TABLE,

@@ -155,7 +155,7 @@ class Boards(TestCase):
 
     def test_the_matrix_of_another_board_is_a_run_of_a_motor_that_suits_it(self):
         self.expect(2, lagless("matrix", "--share", "1", "--board", "igbt_540v_30a"), "on board pm50rl1a060; accepted on igbt_540v_30a: --only")
-        whole = [("mosfet_48v_60a", "53 cells pass, 0 fail, 1 cannot occur"), ("igbt_540v_30a", "54 cells pass, 0 fail")]
+        whole = [("mosfet_48v_60a", "cells: 53 pass, 0 fail, 1 cannot occur"), ("igbt_540v_30a", "cells: 54 pass, 0 fail")]
         if os.environ.get("LAGLESS_GRID_SHARE") != "1":  # one of the boards, which the seed of the day selects
             seed = os.environ.get("LAGLESS_GRID_SEED") or time.strftime("%Y%m%d", time.gmtime())
             whole = [random.Random(f"matrix of boards {seed}").choice(whole)]

@@ -246,7 +246,7 @@ class CommandLine(TestCase):
 
     def test_matrix_is_an_object_with_these_keys_and_units_and_prints_a_letter_a_cell(self):
         done = lagless("matrix", "--cell", "stuck_a_rail/off")
-        self.expect(0, done, "4 cells pass, 0 fail")
+        self.expect(0, done, "cells: 4 pass, 0 fail")
         self.assertIn(["stuck_a_rail", "oooo"], [line.split() for line in done.stdout.splitlines()])
         done = lagless("matrix", "--cell", "stuck_a_rail/off", "--json")
         self.expect(0, done)

@@ -129,10 +129,10 @@ static void test_what_is_not_a_file_is_refused_and_does_not_block(void)
     snprintf(none, sizeof none, "%s/there_is_none.toml", folder);
     snprintf(fifo, sizeof fifo, "%s/fifo", folder);
     TEST_ASSERT_EQUAL_INT(0, mkfifo(fifo, 0600));
-    expect_refusal(none, " file: ", "cannot be read: No such file");
-    expect_refusal(folder, " file: ", "cannot be read: it is a directory");
-    expect_refusal("/dev/zero", " file: ", "cannot be read: it is not a plain file");
-    expect_refusal(fifo, " file: ", "cannot be read: it is not a plain file");
+    expect_refusal(none, " it cannot be read", ": No such file");
+    expect_refusal(folder, " it cannot be read", ", because it is a directory");
+    expect_refusal("/dev/zero", " it cannot be read", ", because it is not a plain file");
+    expect_refusal(fifo, " it cannot be read", ", because it is not a plain file");
     unlink(fifo);
 }
 
@@ -143,7 +143,7 @@ static void test_file_without_permission(void)
     }
     write_file("secret.toml", "schema = 1\n", 11u);
     chmod(path, 0);
-    expect_refusal(path, " file: ", "cannot be read: Permission denied");
+    expect_refusal(path, " it cannot be read", ": Permission denied");
     unlink(path);
 }
 
@@ -205,7 +205,7 @@ static void test_file_that_is_too_large(void)
     TEST_ASSERT_NOT_NULL(content);
     memset(content, '#', octets);
     write_file("large.toml", content, octets);
-    expect_refusal(path, " file: ", "is too large & accepted up to 1048576 octets");
+    expect_refusal(path, " it is too large", "; accepted: up to 1048576 octets");
     write_file("large.toml", content, octets - 1u); /* one long comment without a setting */
     expect_refusal(path, "1:1: schema: ", "it is missing");
     unlink(path);

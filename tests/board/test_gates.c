@@ -232,7 +232,7 @@ static void test_gates_switch_at_the_requested_carrier(void)
             turns += turns_off(n, UPPER(leg));
         }
         const double period = (double)(last - first) * TICK / (turns - 1u);
-        printf("leg %c: %.3f Hz, asked for %d\n", "abc"[leg], 1.0 / period, BOARD_CARRIER_HZ);
+        printf("leg %c: %.3f Hz, requested %d\n", "abc"[leg], 1.0 / period, BOARD_CARRIER_HZ);
         TEST_ASSERT_TRUE(turns >= 39u);
         TEST_ASSERT_TRUE(fabs(period - 1.0 / BOARD_CARRIER_HZ) <= 0.5 * adc_clock + TICK / 30.0);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, remainder(period / adc_clock, 1.0));
@@ -395,7 +395,7 @@ static void expect_clamps(double dead_time)
                 least = fmin(least, (double)(at - since) * TICK);
             }
         }
-        printf("shunts on for %.1f ns at least, asked for %d\n", least / NS, BOARD_SHUNT_SETTLED_NS);
+        printf("shunts on for %.1f ns at least, requested %d\n", least / NS, BOARD_SHUNT_SETTLED_NS);
         TEST_ASSERT_TRUE(least >= settled - CYCLE - TICK_OFF);
     }
     rig_free(rig);

@@ -543,7 +543,7 @@ class Scenarios(TestCase):
             with self.subTest(path=path):
                 text = document(path)
                 scenario = tomllib.loads(text)
-                self.assertTrue(text.isascii() and text.startswith("# "), "no comment says at its head what it is for")
+                self.assertTrue(text.isascii() and text.startswith("# "), "no comment at its head explains its purpose")
                 self.assertEqual(("schema", 1), next(iter(scenario.items())))
                 self.assertTrue(scenario["title"] and scenario["run"]["record"] and scenario["expect"])
                 self.assertLessEqual(set(scenario), tables)

@@ -257,7 +257,7 @@ class Documents(FirstHour):
                 found += 1
                 for step in ("cmake --preset " + preset, "cmake --build --preset " + preset):
                     self.assertTrue([one for one in [*above, line.split("ctest")[0]] if one.startswith("    ") and re.search(step + r"\b(?! --target)", one)],
-                                    "%s: %s: nothing above it says `%s`" % (name, line, step))
+                                    "%s: %s: `%s` is not above it" % (name, line, step))
                 if preset == "host" and shutil.which("ctest"):
                     tests = subprocess.run(["ctest", "--test-dir", os.path.dirname(LAGLESS), "-N", *rest.replace("-V", "").split()], capture_output=True, text=True)
                     self.assertNotIn("Total Tests: 0", tests.stdout, line)

@@ -45,7 +45,7 @@ def main(lagless, planted, folder):
         if events <= EVENTS_MOST and most <= ROWS_MOST:
             print(f"{len(found)} scenarios depend on the planted defect; the smallest, {path}: {events} events, {most} rows")
             return
-    assert found, "no scenario tells the planted program from the right one"
+    assert found, "no scenario distinguishes the planted program from the correct one"
     sys.exit(f"none was minimised: {found}")
 
 

@@ -184,7 +184,7 @@ INTERRUPT = "HAL_INTERRUPT void {0}(void);\nHAL_INTERRUPT void {0}(void)\n{{\n  
 CALLS = (
     ("libm", "hal/f28335/pwm.c", "#include <math.h>\n" + INTERRUPT.format("wave", "hal_write((uint16_t)sinf(1.0f))"),
      5, "interrupt", "sinf of the C library in wave", "firmware/math"),
-    ("libm in the floors below", "firmware/app/app.c", INTERRUPT.format("late_init", "drive_init(&state)"),
+    ("libm in the layers below", "firmware/app/app.c", INTERRUPT.format("late_init", "drive_init(&state)"),
      None, "interrupt", "sinf of the C library in late_init -> drive_init", "compute the value in x_init"),
     ("check", "hal/f28335/pwm.c",
      "void check_failed(const char *function, uint16_t line);\n" + INTERRUPT.format("doubt", 'check_failed("", 1u)'),

@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """No text uses a phrase of the word list in docs/style.md. Checked are README.md and docs, help texts and messages of the program,
-and comments of sources and headers of firmware, hal and host_sim; NOT_YET names the areas that still have such phrases. Python 3.9, standard library.
+comments of C sources and headers of firmware, hal, host_sim and tests, the texts of the tests, and strings and comments of the Python programs of
+tools, tests and host_sim; NOT_YET names the areas that still have such phrases. Python 3.9, standard library.
 
 usage: test_words.py
 """
+import io
 import pathlib
 import re
+import tokenize
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -56,6 +59,25 @@ def comments(text):
     return "".join(kept)
 
 
+# A name in a text is no phrase: an identifier between backquotes, in a replacement field of an f-string, or as a whole string.
+NAMES = re.compile(r"`[^`\n]*`|\{[^{}\n]*\}|(?<=[\"'])[\w.]+(?=[\"'])")
+
+
+def python_texts(text):
+    """The strings and comments of a Python program, on their lines, without names."""
+    lines = [""] * (text.count("\n") + 2)
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type in (tokenize.COMMENT, tokenize.STRING) or tokenize.tok_name[token.type] == "FSTRING_MIDDLE":
+            for number, line in enumerate(token.string.split("\n"), token.start[0] - 1):
+                lines[number] += " " + line
+    return NAMES.sub(" ", re.sub(r"\\n", "  ", "\n".join(lines)))
+
+
+def is_python(path):
+    with path.open("rb") as file:
+        return path.suffix == ".py" or (path.suffix == "" and b"python3" in file.readline())
+
+
 def breaches(text, banned, comment=False):
     return [f"{text.count(chr(10), 0, match.start()) + 1}: {' '.join(match.group().split())}"
             for expression, everywhere in banned if everywhere or not comment for match in expression.finditer(text)]
@@ -82,9 +104,22 @@ def of_messages():
 
 
 def of_comments():
-    for folder in ("firmware", "hal", "host_sim"):
+    for folder in ("firmware", "hal", "host_sim", "tests"):
         for path in sorted((ROOT / folder).rglob("*.[ch]")):
             yield path, comments(path.read_text(encoding="utf-8")), True
+
+
+def of_tests():
+    for path in sorted((ROOT / "tests").rglob("*.[ch]")):
+        text = re.sub(r'grid_of\("[^"]*"', "grid_of(", path.read_text(encoding="utf-8"))  # an id: it selects the points of the grid
+        yield path, messages(text), False
+
+
+def of_python():
+    for folder in ("tests", "tools", "host_sim"):
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.is_file() and path != pathlib.Path(__file__).resolve() and is_python(path):
+                yield path, python_texts(path.read_text(encoding="utf-8")), False
 
 
 class Words(unittest.TestCase):
@@ -105,6 +140,19 @@ class Words(unittest.TestCase):
 
     def test_comments_of_sources_and_headers(self):
         self.judge(of_comments())
+
+    def test_messages_of_tests(self):
+        self.judge(of_tests())
+
+    def test_strings_and_comments_of_python_programs(self):
+        self.judge(of_python())
+
+    def test_a_phrase_is_found_in_each_kind_of_text(self):
+        source = 'static int a; /* this is told */\nint f(void) { return g("who wants it\\n"); }\n'
+        self.assertEqual(["1: is told", "1: told"], breaches(comments(source), self.banned, True))
+        self.assertEqual(["2: wants"], breaches(messages(source), self.banned))
+        program = "told = 1  # somebody\nprint(f'the desk {told}', 'told')\nx = '`told`'\n"
+        self.assertEqual(["1: somebody", "2: the desk"], sorted(breaches(python_texts(program), self.banned)))
 
     def test_an_area_that_is_clean_leaves_the_list(self):
         left = {area(path) for path, text, comment in of_comments() if area(path) and breaches(text, self.banned, comment)}

@@ -1,4 +1,4 @@
-"""Drive and plant as FMUs of their own (`lagless fmu --part`), coupled once in a period: the bits of the ring in every period.
+"""Drive and plant as FMUs of their own (`lagless fmu --part`), coupled once in a period: every period has the same bits as the closed loop in one program.
 
 usage: test_parts.py LAGLESS FOLDER      run by a Python that has fmpy (tools/setup all puts it into build/venv); without it this ends
 with 77, skipped."""

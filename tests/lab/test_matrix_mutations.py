@@ -84,7 +84,7 @@ def exchanged(a, b):
     return Mutant(f"{a[2]} and {b[2]}: bits exchanged", (GUARD, LIMITS, TRIPS, FAST), {HEADER: text})
 
 
-# Limits that are not in a row of the fault table: row, file, text in the file, replacement.
+# Limits that the fault table does not contain: row, file, text in the file, replacement.
 WATCHES = [
     ("stalled", "settings/params.c", "settings/params.h", r'(stall_time, "s", )2\.0f', r"\g<1>4.0f"),
     ("encoder_mismatch", "medium/protect/encoder_watch.c", "medium/protect/encoder_watch.h", r"(define ENCODER_WATCH_TIME\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),

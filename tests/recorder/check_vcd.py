@@ -43,7 +43,7 @@ def measure(vcd, wire):
             start, end, percent = int(found[1]), int(found[2]), float(found[3])
             cycles.append((start, end - start, (end - start) * percent / 100))
     if not cycles:
-        sys.exit(f"FAILED: {wire}: no cycle in what sigrok-cli says: {run.stdout[:500]}")
+        sys.exit(f"FAILED: {wire}: no cycle in the output of sigrok-cli: {run.stdout[:500]}")
     return cycles
 
 

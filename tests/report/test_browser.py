@@ -183,7 +183,7 @@ def only_asked_for(browser, url, below=False):
     messages = [json.loads(record["message"])["message"] for record in browser.records("performance")]
     urls = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
     asked = [each for each in urls if not each.startswith("data:") and not (below and each != url and each.startswith(url))]
-    expect(asked, [url], "what was asked for")
+    expect(asked, [url], "requests")
 
 
 def console_is_clean(browser):

@@ -173,7 +173,7 @@ class Scope(command_line.TestCase):
         self.assertTrue(page.ask("/set", "current_bandwidth 750")["ok"])
         self.wait(lambda: page.state.get("staged"), "staged")
         self.assertTrue(page.ask("/order", "apply")["ok"])
-        self.wait(lambda: not page.state["staged"] and page.value("current_bandwidth") == 750, "in force")
+        self.wait(lambda: not page.state["staged"] and page.value("current_bandwidth") == 750, "active")
 
     def test_drives_own_buffer_comes_over_the_serial_line(self):
         """All rows that the drive has kept arrive, each with the number of its period, and none of a period that is not held."""

@@ -96,8 +96,8 @@ BREACHES = (
     ("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern void *memcpy(void *, const void *, "
      "unsigned long);\n    memcpy(&app->staged, &app->drive, 2);\n    drive_trip(&app->drive);\n", "firmware/app/app.c:",
      "memcpy belongs to the library and stays in flash: app_trip -> memcpy"),
-    ("hal/f28335/codestart.asm", r"\.ref    _c_int00", ".ref    _c_int00, nobody", 'hal/f28335/codestart.asm:',
-     'unresolved symbol "nobody"'),
+    ("hal/f28335/codestart.asm", r"\.ref    _c_int00", ".ref    _c_int00, unknown_name", 'hal/f28335/codestart.asm:',
+     'unresolved symbol "unknown_name"'),
     ("hal/f28335/wait.c", r"uint32_t turn;", "uint32_t turn", "hal/f28335/wait.c: ", "gives no call graph"),
     (FLASH, "SECTIONS\n", "GROUP\n", "f28335_flash.cmd:", "'GROUP', but MEMORY or SECTIONS is expected here"),
 )
@@ -112,8 +112,8 @@ ADDED = (
     ("firmware/app/main.c", "void code_start(void) {}\n", None, 'symbol "code_start" redefined: first defined in firmware/app/main.c'),
     ("hal/f28335/board.c", "uint16_t _stack;\n", 0, 'names: error #10056: symbol "_stack" redefined', "<boot28.asm.obj>"),
     ("hal/f28335/board.c", "void printf(void) {}\n", 0, "names: printf is a name of the library"),
-    ("hal/f28335/board.c", "extern void nobody(void);\nvoid f(void) { nobody(); }\n", 0,
-     'names: error #10234: unresolved symbol "nobody": it is not in our sources, not in linker/f28335_flash.cmd'),
+    ("hal/f28335/board.c", "extern void unknown_name(void);\nvoid f(void) { unknown_name(); }\n", 0,
+     'names: error #10234: unresolved symbol "unknown_name": it is not in our sources, not in linker/f28335_flash.cmd'),
     ("hal/f28335/boot.c", "extern const uint16_t stack_end[];\nuint16_t f(void) { return stack_end[0]; }\n", None,
      'unresolved symbol "stack_end"', "not in linker/f28335_flash.cmd"),
     ("hal/f28335/board.c", "void *malloc(unsigned);\nvoid *f(void) { return malloc(2u); }\n", None,
@@ -241,9 +241,9 @@ class CheckLinker(unittest.TestCase):
 
     def test_a_function_that_is_to_stay_in_flash_and_is_not_the_interrupt_s_or_not_there(self):
         self.listed_in_flash("firmware/settings/judgement.c: params_check")
-        self.listed_in_flash("firmware/drive/none.c: nobody")
+        self.listed_in_flash("firmware/drive/none.c: unknown_name")
         self.assert_breach("linker/interrupt_in_flash.txt:", "params_check of firmware/settings/judgement.c: the interrupt does not call it",
-                           "nobody of firmware/drive/none.c: there is no such function")
+                           "unknown_name of firmware/drive/none.c: there is no such function")
 
         self.doCleanups()
         self.collect("bus_wait", False)  # code that configures the flash must be in RAM, whatever the list contains

@@ -44,7 +44,7 @@ static void compare(const char *name, uint32_t here)
         return;
     }
     if (unequal++ < 10u) {
-        printf("period %lu, %s: %08lX, on the desk %08lX\n", (unsigned long)drive.fast.period, name,
+        printf("period %lu, %s: %08lX, on the host %08lX\n", (unsigned long)drive.fast.period, name,
                (unsigned long)here, (unsigned long)there);
     }
     for (uint32_t bits = here ^ there; bits != 0u; bits &= bits - 1u) {

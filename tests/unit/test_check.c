@@ -22,7 +22,7 @@ static void fails_in_line_1000(int positive)
     CHECK(positive > 0);
 }
 
-/* Returns true if the check has aborted; `told` contains its message. */
+/* Returns true if the check has aborted; the global text contains its message. */
 static bool aborts(int positive)
 {
     volatile bool ended = true;

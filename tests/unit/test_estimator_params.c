@@ -132,11 +132,11 @@ static void test_check_refuses_what_rules_between_fields_forbid(void)
 static void test_check_refuses_what_is_not_a_choice(void)
 {
     for (int n = -1; n <= 4; n++) {
-        params_error_t why = {.field = "untouched"};
+        params_error_t why = {.field = "unchanged"};
         estimator_params_t params = full_params();
         params.lag = (lag_mode_t)n;
         TEST_ASSERT_EQUAL(n >= (int)LAG_NONE && n <= (int)LAG_EXACT, estimator_params_check(&params, &why));
-        TEST_ASSERT_EQUAL_STRING(n >= (int)LAG_NONE && n <= (int)LAG_EXACT ? "untouched" : "lag", why.field);
+        TEST_ASSERT_EQUAL_STRING(n >= (int)LAG_NONE && n <= (int)LAG_EXACT ? "unchanged" : "lag", why.field);
         params = full_params();
         params.smo.switching = (smo_switching_t)n;
         TEST_ASSERT_EQUAL(n >= 0 && n < 3, estimator_params_check(&params, &why));

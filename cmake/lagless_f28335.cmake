@@ -11,7 +11,7 @@ if(LAGLESS_GATES MATCHES "^active_(high|low)$")
     string(COMPARE EQUAL "${LAGLESS_GATES}" active_high gate_active_high)
     target_compile_definitions(lagless_board INTERFACE HAL_GATE_ACTIVE_HIGH=${gate_active_high})
 elseif(LAGLESS_GATES OR NOT board_gates)
-    message(FATAL_ERROR "LAGLESS_GATES='${LAGLESS_GATES}': accepted are active_high (inverting stage in front of the "
+    message(FATAL_ERROR "LAGLESS_GATES='${LAGLESS_GATES}': accepted: active_high (inverting stage in front of the "
         "module's inputs) and active_low. The board file leaves it open (docs/board.md, line 5): only the schematic can "
         "tell, the wrong one turns on both switches of every leg, so there is no default: -DLAGLESS_GATES=...")
 endif()

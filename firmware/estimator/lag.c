@@ -80,9 +80,9 @@ ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e)
     return lag_undone(smo, omega_e, (ab_t){per_g * smo->switched.alpha, per_g * smo->switched.beta});
 }
 
-/* |e| = |Z(k_s k_f(y))| y in the length y of the error: one step of Newton's method, from the y of the small
- * signal times the correction for tanh, atanh(s)/s with s = |e|/k_s, as a series. The slope is (R + k_s a_f/2
- * (1 - tanh^2)) |Z|/(g + R), if the effect of the speed is neglected. */
+/* Solves |e| = |Z(k_s k_f(y))| y for the length y of the error by one step of Newton's method. The step
+ * begins at the y of a small signal times atanh(s)/s, s = |e|/k_s, as a series: this corrects for the tanh.
+ * The slope is (R + k_s a_f/2 (1 - tanh^2)) |Z|/(g + R), if the effect of the speed is neglected. */
 ab_t lag_error(const smo_t *smo, float omega_e, ab_t emf)
 {
     const smo_tuning_t *tuning = &smo->tuning;

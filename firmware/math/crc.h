@@ -9,7 +9,7 @@
 
 #define CRC_BEGIN UINT32_C(0xFFFFFFFF)
 
-/* The check of the previous words, extended by this word. CRC_BEGIN is the check of no words. */
+/* The check of all words up to this one, from the check of the previous words. Begin with CRC_BEGIN. */
 uint32_t crc_add(uint32_t crc, uint16_t word);
 
 /* The check in its usual form, after the last word. */

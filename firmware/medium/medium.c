@@ -70,8 +70,8 @@ drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
     };
 }
 
-/* A fault of the shaft's speed that only the estimate shows is one of the estimate; one that only the encoder
- * shows, while the EMF is that of a slower rotor, is one of the encoder. */
+/* Changes a fault of the shaft's speed into a fault of the estimate if only the estimate shows it, and into
+ * one of the encoder if only the encoder shows it while the EMF is that of a slower rotor. */
 static int32_t true_reason(const medium_t *medium, const window_t *window, const drive_fault_t *stop)
 {
     const int32_t reason = medium->sequence.fault_reason;

@@ -61,8 +61,8 @@ static void learn_slowly(medium_t *medium, const window_t *window)
                            &window->measured.current);
 }
 
-/* Learns the inertia from the gained speed, and the part of the current that carries the load,
- * which is not passed to the loop. */
+/* Learns the inertia from the change of the speed, and which part of the current carries the load: the
+ * tracking loop does not get this part as a torque. */
 static void learn_inertia(medium_t *medium, const window_t *window)
 {
     inertia_t *inertia = &medium->inertia;

@@ -122,7 +122,7 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
         return 0;
     case ARGP_KEY_ARG:
         if (of->scenario != NULL) {
-            argp_error(state, "%s: a second scenario; accepted is one", argument);
+            argp_error(state, "%s: a second scenario; accepted: one", argument);
         }
         of->scenario = argument;
         return 0;
@@ -143,7 +143,7 @@ uint32_t arguments_key(const char *text, struct argp_state *state)
     if (text[0] < '0' || text[0] > '9' || *end != '\0' || key == 0u ||
         key > (unsigned long)table_whole_max(rig_row_by_name("line_key"))) {
         argp_error(state,
-                   "--key %s: accepted is the drive's parameter line_key, a whole number from 1 to 999999",
+                   "--key %s: accepted: the drive's parameter line_key, a whole number from 1 to 999999",
                    text);
     }
     return (uint32_t)key;
@@ -162,7 +162,7 @@ bool arguments_number(const char *command, const char *option, const char *text,
 {
     uint64_t number = 0;
     if (text != NULL && !arguments_whole(text, min, max, &number)) {
-        fprintf(stderr, "lagless %s: %s %s: accepted whole numbers %" PRIu64 " to %" PRIu64 "\n", command,
+        fprintf(stderr, "lagless %s: %s %s: accepted: whole numbers %" PRIu64 " to %" PRIu64 "\n", command,
                 option, text, min, max);
         return false;
     }

@@ -48,7 +48,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case 's':
         options->seconds = strtod(argument, &end);
         if (end == argument || *end != '\0' || !(options->seconds >= 0.01 && options->seconds <= 1000.0)) {
-            argp_error(state, "--seconds %s: accepted 0.01 to 1000, in simulated seconds", argument);
+            argp_error(state, "--seconds %s: accepted: 0.01 to 1000, in simulated seconds", argument);
         }
         return 0;
     case 'r':
@@ -56,7 +56,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->scenario != NULL) {
-            argp_error(state, "%s: a second scenario; accepted is one", argument);
+            argp_error(state, "%s: a second scenario; accepted: one", argument);
         }
         options->scenario = argument;
         return 0;

@@ -40,7 +40,7 @@ static uint64_t whole(struct argp_state *state, const char *name, const char *te
 {
     uint64_t value = 0;
     if (!arguments_whole(text, min, max, &value)) {
-        argp_error(state, "--%s %s: accepted whole numbers %" PRIu64 " to %" PRIu64, name, text, min, max);
+        argp_error(state, "--%s %s: accepted: whole numbers %" PRIu64 " to %" PRIu64, name, text, min, max);
     }
     return value;
 }
@@ -50,7 +50,7 @@ static double seconds(struct argp_state *state, const char *text)
     char *end = NULL;
     const double value = strtod(text, &end);
     if (end == text || *end != '\0' || !(value >= CAMPAIGN_SECONDS_MIN && value <= CAMPAIGN_SECONDS_MAX)) {
-        argp_error(state, "--seconds %s: accepted %g to %g", text, CAMPAIGN_SECONDS_MIN,
+        argp_error(state, "--seconds %s: accepted: %g to %g", text, CAMPAIGN_SECONDS_MIN,
                    CAMPAIGN_SECONDS_MAX);
     }
     return value;
@@ -66,7 +66,7 @@ static void read_shard(struct argp_state *state, const char *text, campaign_t *c
     snprintf(part, sizeof part, "%.*s", (int)(length < sizeof part ? length : sizeof part), text);
     if (text[length] != '/' || !arguments_whole(text + length + 1u, 1u, SHARDS_MAX, &shards) ||
         !arguments_whole(part, 1u, shards, &shard)) {
-        argp_error(state, "--shard %s: accepted I/N, 1 <= I <= N <= %u", text, SHARDS_MAX);
+        argp_error(state, "--shard %s: accepted: I/N, 1 <= I <= N <= %u", text, SHARDS_MAX);
     }
     campaign->shard = (uint32_t)shard;
     campaign->shards = (uint32_t)shards;
@@ -84,7 +84,7 @@ static void check_line(struct argp_state *state, const options_t *options)
                    "merge: no folder is given; accepted: folders that `lagless campaign --out FOLDER` wrote");
     }
     if (merge && (options->output.folder != NULL || options->resume || options->runs_given)) {
-        argp_error(state, "merge: --out, --resume and --runs have no meaning here; accepted are folders and "
+        argp_error(state, "merge: --out, --resume and --runs have no meaning here; accepted: folders and "
                           "--json, because the folders contain the settings of their runs");
     }
     if (options->scenario != NULL && options->seconds_given) {

@@ -111,7 +111,7 @@ static rig_t *make_rig(const options_t *options, const scenario_t *scenario)
 {
     uint64_t seed = scenario->seed;
     if (options->of.seed != NULL && !arguments_whole(options->of.seed, 0u, UINT64_MAX / 2u, &seed)) {
-        fprintf(stderr, "lagless commission: --seed %s: accepted whole numbers 0 to %" PRIu64 "\n",
+        fprintf(stderr, "lagless commission: --seed %s: accepted: whole numbers 0 to %" PRIu64 "\n",
                 options->of.seed, UINT64_MAX / 2u);
         return NULL;
     }
@@ -183,7 +183,7 @@ static void close_machine(machine_t *machine)
     master_close(machine->line.master);
 }
 
-/* Saves the parameters of a drive at a serial link in its flash. */
+/* Orders a drive on a serial link to save its parameters in its flash. */
 static bool save(machine_t *machine)
 {
     master_refusal_t refusal = {0};
@@ -288,7 +288,8 @@ int command_commission(int argc, char **argv)
          "ask no questions on the terminal: the shaft is free, the simulated motor answers", 0},
         {"resume", 'r', NULL, 0, "take what the drive has measured since its start, and run the other steps",
          0},
-        {"save", SAVE_KEY, NULL, 0, "save the resulting parameters in the flash of a drive at a line", 0},
+        {"save", SAVE_KEY, NULL, 0, "save the resulting parameters in the flash of a drive on a serial link",
+         0},
         ARGUMENTS_KEY,
         {"write", 'w', "FILE", 0, "write the measured motor, for [motor] and for `lagless tune`", 0},
         ARGUMENTS_FORCE,
@@ -300,7 +301,8 @@ int command_commission(int argc, char **argv)
         "SCENARIO|TARGET",
         "Measures the data of an unknown motor by the drive itself, step by step, from standstill to the "
         "torque "
-        "test: that of a simulated drive, of whose motor only the plate is used, or of a drive at a line "
+        "test: that of a simulated drive, of whose motor only the plate is used, or of a drive on a serial "
+        "link "
         "(tcp://127.0.0.1:5555, /dev/ttyUSB0, /dev/ttyUSB0:115200).",
         NULL,
         NULL,
@@ -315,8 +317,8 @@ int command_commission(int argc, char **argv)
     const bool target = is_target(options.of.scenario);
     if (target ? options.of.set_count > 0u || options.of.seed != NULL : options.save || options.resume) {
         fprintf(stderr, "lagless commission: %s\n",
-                target ? "--set and --seed: accepted with a scenario, not with a drive at a line"
-                       : "--save and --resume: accepted with a drive at a line, not with a scenario");
+                target ? "--set and --seed: accepted with a scenario, not with a drive on a serial link"
+                       : "--save and --resume: accepted with a drive on a serial link, not with a scenario");
         return EXIT_USAGE;
     }
     scenario_t *scenario = target ? NULL : library_read("commission", &options.of);

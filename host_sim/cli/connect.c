@@ -138,7 +138,7 @@ static bool connect_explain(session_t *session, uint32_t count, char **words)
     char *arguments[4] = {name};
     int used = 1;
     if (count > 1u || (count == 1u && words[0][0] == '-')) {
-        return connect_fail(session, "explain: more than one reason; accepted is one, by its name or number");
+        return connect_fail(session, "explain: more than one reason; accepted: one, by its name or number");
     }
     if (session->json) {
         arguments[used++] = json;
@@ -375,7 +375,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return arguments_force(key);
     case ARGP_KEY_ARG:
         if (options->target != NULL) {
-            argp_error(state, "%s: a second target; accepted is one, and commands come by stdin", argument);
+            argp_error(state, "%s: a second target; accepted: one; commands are read from stdin", argument);
         }
         options->target = argument;
         return 0;

@@ -232,7 +232,7 @@ static bool read_formats(session_t *session, const char *text, uint32_t *formats
 {
     *formats = recorder_formats(text);
     return (*formats != 0u && (*formats & ~RECORDER_SAMPLED) == 0u) ||
-           connect_fail(session, "--format %s: accepted csv, mat, mdf, separated by commas", text);
+           connect_fail(session, "--format %s: accepted: csv, mat, mdf, separated by commas", text);
 }
 
 typedef struct {
@@ -425,7 +425,7 @@ bool connect_record(session_t *session, uint32_t count, char **words)
         return false;
     }
     if (clauses[1].given && !arguments_whole(clauses[1].value, 1u, 255u, &every)) {
-        return connect_fail(session, "every %s: accepted whole numbers of periods, 1 to 255",
+        return connect_fail(session, "every %s: accepted: whole numbers of periods, 1 to 255",
                             clauses[1].value);
     }
     const place_t place = {.out = &clauses[2],
@@ -615,7 +615,7 @@ static bool capture_save(session_t *session, uint32_t count, char **words)
 {
     uint32_t slot_count;
     if (count != 1u) {
-        return connect_fail(session, "capture save: accepted is one file name; write: capture save FILE");
+        return connect_fail(session, "capture save: accepted: one file name; write: capture save FILE");
     }
     if (!output_allowed(words[0])) {
         return connect_fail(session, "%s: give another name, or start lagless connect with --force",

@@ -80,12 +80,12 @@ uint32_t connect_rows(session_t *session, uint32_t count, char **words, const ta
             }
             for (uint32_t before = 0; before < found; before++) {
                 if (rows[before] == row) {
-                    connect_fail(session, "%s: given twice; accepted once", name);
+                    connect_fail(session, "%s: given twice; accepted: once", name);
                     return 0;
                 }
             }
             if (found == room) {
-                connect_fail(session, "%s: too many names; accepted at most %u", name, (unsigned)room);
+                connect_fail(session, "%s: too many names; accepted: at most %u", name, (unsigned)room);
                 return 0;
             }
             rows[found++] = row;
@@ -138,7 +138,7 @@ bool connect_time(session_t *session, const char *text, double *seconds)
         return connect_fail(session, "%s", why.text);
     }
     return (*seconds > 0.0 && *seconds <= TIME_MAX) ||
-           connect_fail(session, "%s: accepted times above 0, at most %g s", text, TIME_MAX);
+           connect_fail(session, "%s: accepted: times above 0, at most %g s", text, TIME_MAX);
 }
 
 static connect_clause_t *clause_of(const char *word, connect_clause_t *clauses, uint32_t count)
@@ -167,7 +167,7 @@ bool connect_clauses(session_t *session, uint32_t *count, char **words, connect_
         }
         if (next != NULL) {
             if (next->given) {
-                return connect_fail(session, "%s: given twice; accepted once", next->key);
+                return connect_fail(session, "%s: given twice; accepted: once", next->key);
             }
             next->given = true;
             now = next;

@@ -26,7 +26,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->reason != NULL) {
-            argp_error(state, "%s: a second reason; accepted is one", argument);
+            argp_error(state, "%s: a second reason; accepted: one", argument);
         }
         options->reason = argument;
         return 0;

@@ -29,7 +29,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     options_t *options = state->input;
     if (key == 'p') {
         if (!fmu_part_of(argument, &options->part)) {
-            argp_error(state, "--part %s: accepted are ring, drive and plant", argument);
+            argp_error(state, "--part %s: accepted: ring, drive and plant", argument);
         }
         return 0;
     }

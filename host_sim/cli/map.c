@@ -48,7 +48,7 @@ static void read_speeds(struct argp_state *state, const char *text, map_setup_t 
         char *end = NULL;
         const double rpm = strtod(rest, &end);
         if (end == rest || (*end != ',' && *end != '\0') || !(rpm >= MAP_RPM_MIN && rpm < (double)INFINITY)) {
-            argp_error(state, "--speeds %s: accepted numbers %g to %g, in r/min, separated by commas", text,
+            argp_error(state, "--speeds %s: accepted: numbers %g to %g, in r/min, separated by commas", text,
                        MAP_RPM_MIN, MAP_RPM_MAX);
         }
         if (setup->speed_count == MAP_SPEEDS_MAX) {
@@ -63,7 +63,7 @@ static void read_speeds(struct argp_state *state, const char *text, map_setup_t 
     qsort(setup->speeds, setup->speed_count, sizeof setup->speeds[0], ascending);
     for (size_t n = 1; n < setup->speed_count; n++) {
         if (setup->speeds[n] == setup->speeds[n - 1u]) {
-            argp_error(state, "--speeds %s: %g is given twice; accepted once", text, setup->speeds[n]);
+            argp_error(state, "--speeds %s: %g is given twice; accepted: once", text, setup->speeds[n]);
         }
     }
 }
@@ -77,7 +77,7 @@ static void read_columns(struct argp_state *state, const char *text, map_setup_t
         any = any || setup->columns[a];
     }
     if (!any) {
-        argp_error(state, "--adaptation %s: accepted off, on, both", text);
+        argp_error(state, "--adaptation %s: accepted: off, on, both", text);
     }
 }
 
@@ -86,7 +86,7 @@ static void check_line(struct argp_state *state, const options_t *options)
 {
     const double fastest = options->setup.speeds[options->setup.speed_count - 1u];
     if (options->scenario == NULL && fastest > MAP_RPM_MAX) {
-        argp_error(state, "--speeds: %g: accepted numbers %g to %g, in r/min", fastest, MAP_RPM_MIN,
+        argp_error(state, "--speeds: %g: accepted: numbers %g to %g, in r/min", fastest, MAP_RPM_MIN,
                    MAP_RPM_MAX);
     }
     if (options->scenario != NULL && options->setup.ideal) {
@@ -114,7 +114,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->scenario != NULL) {
-            argp_error(state, "%s: a second scenario; accepted is one", argument);
+            argp_error(state, "%s: a second scenario; accepted: one", argument);
         }
         options->scenario = argument;
         return 0;

@@ -60,7 +60,7 @@ static void read_share(struct argp_state *state, const char *text, options_t *op
     char *end = NULL;
     const double percent = strtod(text, &end);
     if (end == text || *end != '\0' || !(percent > 0.0 && percent <= 100.0)) {
-        argp_error(state, "--share %s: accepted above 0 to 100, in percent of the cells", text);
+        argp_error(state, "--share %s: accepted: above 0 to 100, in percent of the cells", text);
     }
     options->choice.share = percent / 100.0;
     options->has_share = true;
@@ -70,7 +70,7 @@ static void read_seed(struct argp_state *state, const char *text, options_t *opt
 {
     uint64_t seed = 0;
     if (!arguments_whole(text, 0u, INT64_MAX, &seed)) {
-        argp_error(state, "--seed %s: accepted whole numbers from 0", text);
+        argp_error(state, "--seed %s: accepted: whole numbers from 0", text);
     }
     options->choice.seed = seed;
     options->has_seed = true;
@@ -80,7 +80,7 @@ static void read_at(struct argp_state *state, const char *text, options_t *optio
 {
     units_error_t why;
     if (!units_read(text, "s", &options->user.at, &why) && !units_read(text, "-", &options->user.at, &why)) {
-        argp_error(state, "--at %s: accepted a time in the scenario, such as \"1.5 s\"", text);
+        argp_error(state, "--at %s: accepted: a time in the scenario, such as \"1.5 s\"", text);
     }
     options->has_at = true;
 }
@@ -617,7 +617,7 @@ static size_t lay_out_user(options_t *options, matrix_cell_t *cells, bool *good)
     options->user.scenario = scenario;
     *good = scenario != NULL;
     if (scenario != NULL && !(options->user.at >= 0.0 && options->user.at < scenario->duration)) {
-        fprintf(stderr, "lagless matrix: --at %g s: accepted 0 s to less than the duration, %g s\n",
+        fprintf(stderr, "lagless matrix: --at %g s: accepted: 0 s to less than the duration, %g s\n",
                 options->user.at, scenario->duration);
         *good = false;
     } else if (scenario != NULL) {

@@ -52,7 +52,7 @@ static error_t parse_motors(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->name != NULL) {
-            argp_error(state, "%s: a second motor; accepted is one", argument);
+            argp_error(state, "%s: a second motor; accepted: one", argument);
         }
         options->name = argument;
         return 0;
@@ -258,7 +258,7 @@ static error_t parse_tune(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->motor != NULL) {
-            argp_error(state, "%s: a second motor; accepted is one", argument);
+            argp_error(state, "%s: a second motor; accepted: one", argument);
         }
         options->motor = argument;
         return 0;

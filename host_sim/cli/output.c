@@ -41,7 +41,7 @@ bool output_folder(const char *path)
     char part[PATH_SIZE];
     const size_t length = strlen(path);
     if (length == 0 || length >= sizeof part) {
-        fprintf(stderr, "lagless: output folder: accepted is a path of 1 to %d bytes\n", PATH_SIZE - 1);
+        fprintf(stderr, "lagless: output folder: accepted: a path of 1 to %d bytes\n", PATH_SIZE - 1);
         return false;
     }
     for (size_t n = 1; n <= length; n++) {

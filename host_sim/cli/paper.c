@@ -41,7 +41,7 @@ static void want(struct argp_state *state, const char *id, options_t *options)
         if (options->named || options->file != NULL) {
             argp_error(state,
                        "%s: a file cannot be combined with another one or with figures of the paper; "
-                       "accepted is one file",
+                       "accepted: one file",
                        id);
         }
         options->file = id;
@@ -49,7 +49,7 @@ static void want(struct argp_state *state, const char *id, options_t *options)
     }
     if (options->file != NULL) {
         argp_error(state,
-                   "%s: a file cannot be combined with another one or with figures of the paper; accepted is "
+                   "%s: a file cannot be combined with another one or with figures of the paper; accepted: "
                    "one file",
                    id);
     }

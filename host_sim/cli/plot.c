@@ -28,8 +28,8 @@ bool plot_formats(const char *command, const char *formats)
         word += *word == ',' ? 1 : 0;
     }
     if (!good) {
-        fprintf(stderr, "lagless %s: pictures as %s: accepted html, png, svg, separated by commas\n", command,
-                formats);
+        fprintf(stderr, "lagless %s: pictures as %s: accepted: html, png, svg, separated by commas\n",
+                command, formats);
     }
     return good;
 }
@@ -133,8 +133,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     case ARGP_KEY_ARG:
         if (options->given == options->wanted) {
             argp_error(state,
-                       options->wanted == 1 ? "%s: a second recording; accepted is one"
-                                            : "%s: a third recording; accepted are two",
+                       options->wanted == 1 ? "%s: a second recording; accepted: one"
+                                            : "%s: a third recording; accepted: two",
                        argument);
         }
         options->recordings[options->given++] = argument;

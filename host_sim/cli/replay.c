@@ -32,12 +32,12 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->path != NULL) {
-            argp_error(state, "%s: a second file; accepted is one", argument);
+            argp_error(state, "%s: a second file; accepted: one", argument);
         }
         options->path = argument;
         return 0;
     case ARGP_KEY_NO_ARGS:
-        argp_error(state, "no file is given; accepted is one of `capture save` in lagless connect, or of "
+        argp_error(state, "no file is given; accepted: one of `capture save` in lagless connect, or of "
                           "`lagless run --out`");
         return 0;
     case ARGP_KEY_END:
@@ -90,7 +90,7 @@ static int open_recording(const options_t *options, const replay_file_t *file, r
     recorder_error_t error;
     recording->formats = recorder_formats(options->formats != NULL ? options->formats : "csv");
     if (recording->formats == 0u || (recording->formats & ~RECORDER_SAMPLED) != 0u) {
-        fprintf(stderr, "lagless replay: --format %s: accepted csv, mat, mdf, separated by commas\n",
+        fprintf(stderr, "lagless replay: --format %s: accepted: csv, mat, mdf, separated by commas\n",
                 options->formats);
         return EXIT_USAGE;
     }

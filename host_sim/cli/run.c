@@ -106,7 +106,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 
 static bool complain(const char *what, const char *value, const char *accepted)
 {
-    fprintf(stderr, "lagless run: %s %s: accepted %s\n", what, value, accepted);
+    fprintf(stderr, "lagless run: %s %s: accepted: %s\n", what, value, accepted);
     return false;
 }
 
@@ -126,12 +126,12 @@ static bool add_row(uint32_t ids[RIG_TAP_MAX], uint32_t *count, const char *name
     }
     for (uint32_t n = 0; n < *count; n++) {
         if (ids[n] == row->id) {
-            fprintf(stderr, "lagless run: --record %s: the name is given twice; accepted once\n", name);
+            fprintf(stderr, "lagless run: --record %s: the name is given twice; accepted: once\n", name);
             return false;
         }
     }
     if (*count == RIG_TAP_MAX) {
-        fprintf(stderr, "lagless run: --record: more than %u names; accepted at most that many\n",
+        fprintf(stderr, "lagless run: --record: more than %u names; accepted: at most that many\n",
                 RIG_TAP_MAX);
         return false;
     }

@@ -37,7 +37,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->target != NULL) {
-            argp_error(state, "%s: a second target; accepted is one", argument);
+            argp_error(state, "%s: a second target; accepted: one", argument);
         }
         options->target = argument;
         return 0;
@@ -135,7 +135,7 @@ int command_scope(int argc, char **argv)
         return EXIT_USAGE;
     }
     if (options.port != NULL && !arguments_whole(options.port, 0u, 65535u, &port)) {
-        fprintf(stderr, "lagless scope: --http %s: accepted whole numbers 0 to 65535\n", options.port);
+        fprintf(stderr, "lagless scope: --http %s: accepted: whole numbers 0 to 65535\n", options.port);
         return EXIT_USAGE;
     }
     transport_target_t parsed;

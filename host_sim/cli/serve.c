@@ -88,7 +88,7 @@ static bool read_until(const char *text, uint32_t *periods)
         return false;
     }
     if (!(seconds >= SCENARIO_SECONDS_MIN && seconds < UNTIL_MAX)) {
-        fprintf(stderr, "lagless serve: --until %s: accepted %g to %g s\n", text, SCENARIO_SECONDS_MIN,
+        fprintf(stderr, "lagless serve: --until %s: accepted: %g to %g s\n", text, SCENARIO_SECONDS_MIN,
                 (double)(uint32_t)UNTIL_MAX);
         return false;
     }

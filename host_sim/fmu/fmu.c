@@ -330,7 +330,7 @@ static fmi2Status say_range(const instance_t *instance, const table_row_t *row, 
     char text[RIG_NUMBER_SIZE + RIG_RANGE_SIZE + 64u];
     char number[RIG_NUMBER_SIZE];
     char range[RIG_RANGE_SIZE];
-    snprintf(text, sizeof text, "%.40s = %s: accepted %s", row->name, rig_value_text(number, value),
+    snprintf(text, sizeof text, "%.40s = %s: accepted: %s", row->name, rig_value_text(number, value),
              rig_range_text(range, row, rig_min(row), rig_max(row)));
     return fmu_say(instance, fmi2Discard, text);
 }
@@ -435,7 +435,7 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real point, fmi2Real size, fm
     if (instance->part != RIG_RING && to > kept->periods + 1u) {
         return fmu_say(instance, fmi2Error,
                        "more than one period ends within the step: drive and plant exchange values in each "
-                       "period; accepted are steps up to the step size of the default experiment");
+                       "period; accepted: steps up to the step size of the default experiment");
     }
     if (to > kept->periods) {
         status = instance->part == RIG_RING ? run_ring(instance, to) : run_part(instance);

@@ -62,7 +62,7 @@ static fmi2Status no_state(const instance_t *instance)
 {
     return fmu_say(
         instance, fmi2Error,
-        "the state is damaged, or belongs to another model; accepted is a state that this library has saved "
+        "the state is damaged, or belongs to another model; accepted: a state that this library has saved "
         "for the same scenario");
 }
 

@@ -49,8 +49,8 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
     "the control follows a stuck sensor until the drive can distinguish it from a steady current",           \
         CAMPAIGN_UNTIL_TOLD
 #define GAIN_IS_WRONG                                                                                        \
-    "a gain error is visible only while the current changes fast; otherwise the trip is wrong by the same "  \
-    "share, and the error of R i hides the EMF of a slow rotor",                                             \
+    "a gain error is visible only while the current changes fast. Until then the trip current is wrong by "  \
+    "the gain error, and the error of R i hides the EMF of a slow rotor",                                    \
         CAMPAIGN_TO_CEILING | CAMPAIGN_WHILE_SLOW
 #define SENSOR_IS_OFF                                                                                        \
     "the dead-time voltage of a current with the wrong sign hides the EMF of a slow rotor",                  \

@@ -69,7 +69,7 @@ bool commission_choose(commission_options_t *options, const char *text, char *wh
         at += length;
     }
     if (!any) {
-        snprintf(why, size, "no name is given; accepted names of steps, separated by commas");
+        snprintf(why, size, "no name is given; accepted: names of steps, separated by commas");
     }
     return any;
 }

@@ -276,21 +276,21 @@ static bool check(const recorder_options_t *options, recorder_error_t *error)
         return refuse(error, "the recording has no name");
     }
     if (options->count > RIG_TAP_MAX || (rows && options->count == 0u)) {
-        snprintf(text, sizeof text, "%u rows to record: accepted 1 to %u", (unsigned)options->count,
+        snprintf(text, sizeof text, "%u rows to record: accepted: 1 to %u", (unsigned)options->count,
                  RIG_TAP_MAX);
         return refuse(error, text);
     }
     if (options->every == 0u) {
-        return refuse(error, "every 0: accepted 1 and more periods");
+        return refuse(error, "every 0: accepted: 1 and more periods");
     }
     if (options->memory != 0u &&
         (options->memory < RECORDER_MEMORY_MIN || options->memory > RECORDER_MEMORY_MAX)) {
-        snprintf(text, sizeof text, "memory of %u octets for the recording: accepted %u to %u",
+        snprintf(text, sizeof text, "memory of %u octets for the recording: accepted: %u to %u",
                  (unsigned)options->memory, (unsigned)RECORDER_MEMORY_MIN, (unsigned)RECORDER_MEMORY_MAX);
         return refuse(error, text);
     }
     if ((options->formats & RECORDER_VCD) != 0u && options->isr_ticks == 0u) {
-        return refuse(error, "an interrupt of 0 ticks would not be visible: accepted 1 and more");
+        return refuse(error, "an interrupt of 0 ticks would not be visible: accepted: 1 and more");
     }
     return true;
 }

@@ -128,7 +128,7 @@ static char *read_text(const char *path, char why[REPLAY_FILE_WHY])
         strncmp(text, REPLAY_FILE_FIRST,
                 octets < strlen(REPLAY_FILE_FIRST) ? octets : strlen(REPLAY_FILE_FIRST)) != 0) {
         free(text);
-        fail(why, "it is no record for a replay: accepted is a file of `capture save` in lagless connect, or "
+        fail(why, "it is no record for a replay: accepted: a file of `capture save` in lagless connect, or "
                   "of "
                   "`lagless run --out` with the parameter fault_record = replay");
         return NULL;
@@ -150,7 +150,7 @@ static bool judge_check(const char *text, char why[REPLAY_FILE_WHY])
     }
     const uint64_t found = check_of(CHECK_BEGIN, text, (size_t)(last + 1 - text));
     return found == check || fail(why,
-                                  "check %016" PRIx64 ": accepted is %016" PRIx64
+                                  "check %016" PRIx64 ": accepted: %016" PRIx64
                                   ", that of the content; the file was changed or "
                                   "damaged; read it from the drive again",
                                   check, found);
@@ -164,8 +164,7 @@ static const char *take(const char *text, const char *key, char *value, size_t s
     const char *end = strchr(text, '\n');
     if (end == NULL || strncmp(text, key, length) != 0 || text[length] != ' ' ||
         (size_t)(end - text) - length > size) {
-        fail(why, "the line `%s` is missing: accepted are the lines of format %u in their order", key,
-             FORMAT);
+        fail(why, "the line `%s` is missing: accepted: the lines of format %u in their order", key, FORMAT);
         return NULL;
     }
     const size_t octets = (size_t)(end - text) - length - 1u;
@@ -184,12 +183,12 @@ static bool read_slots(const char *text, replay_file_t *to, char why[REPLAY_FILE
         char *end;
         to->slots[n] = (uint32_t)strtoul(text, &end, 16);
         if (end - text != 8) {
-            return fail(why, "slot %" PRIu32 ": accepted are 8 hexadecimal digits", n);
+            return fail(why, "slot %" PRIu32 ": accepted: 8 hexadecimal digits", n);
         }
         text = end + 1;
     }
     return strncmp(text, "check ", 6) == 0 ||
-           fail(why, "slots %" PRIu32 ": accepted is the number of slots that follow", to->count);
+           fail(why, "slots %" PRIu32 ": accepted: the number of slots that follow", to->count);
 }
 
 /* The values of the lines agree with the slots. */
@@ -197,10 +196,10 @@ static bool judge_lines(const replay_file_t *to, const char *board, uint32_t per
                         char why[REPLAY_FILE_WHY])
 {
     if (strcmp(to->record.board, board) != 0) {
-        return fail(why, "board %.40s: accepted is %s, that of its slots", board, to->record.board);
+        return fail(why, "board %.40s: accepted: %s, that of its slots", board, to->record.board);
     }
     return period == to->record.at ||
-           fail(why, "period %" PRIu32 ": accepted is %" PRIu32 ", that of its slots", period, to->record.at);
+           fail(why, "period %" PRIu32 ": accepted: %" PRIu32 ", that of its slots", period, to->record.at);
 }
 
 static bool parse(const char *text, replay_file_t *to, char why[REPLAY_FILE_WHY])
@@ -215,13 +214,13 @@ static bool parse(const char *text, replay_file_t *to, char why[REPLAY_FILE_WHY]
             return false;
         }
         if (n == 0u && strtoul(value[0], NULL, 10) != FORMAT) {
-            return fail(why, "format %s: accepted is %u; use a program of the version that wrote it",
-                        value[0], FORMAT);
+            return fail(why, "format %s: accepted: %u; use a program of the version that wrote it", value[0],
+                        FORMAT);
         }
     }
     if (strcmp(value[2], replay_file_tables(own)) != 0) {
         return fail(why,
-                    "tables %s: accepted is %s, those of this program; build lagless from the sources of the "
+                    "tables %s: accepted: %s, those of this program; build lagless from the sources of the "
                     "drive's firmware (%s)",
                     value[2], own, value[1]);
     }
@@ -236,7 +235,7 @@ static bool parse(const char *text, replay_file_t *to, char why[REPLAY_FILE_WHY]
         return false;
     }
     if (to->count < RIG_RECORD_HEAD || to->count > SLOTS_MAX) {
-        return fail(why, "slots %s: accepted are %u to %u", slots, RIG_RECORD_HEAD, (unsigned)SLOTS_MAX);
+        return fail(why, "slots %s: accepted: %u to %u", slots, RIG_RECORD_HEAD, (unsigned)SLOTS_MAX);
     }
     if (!read_slots(text, to, why)) {
         return false;

@@ -414,7 +414,7 @@ void scenario_refused(const scenario_t *scenario, rig_t *rig, const scenario_set
     double max = 0.0;
     if (row != NULL && strcmp(units_of_row(row), UNITS_SPEED) == 0 &&
         rig_error_range(rig, &value, &min, &max)) {
-        scenario_fail(error, guilty->place, name, "%s; that is %s, accepted %s", text,
+        scenario_fail(error, guilty->place, name, "%s; that is %s, accepted: %s", text,
                       units_row_text(given, value, row), units_range_text(accepted, min, max, UNITS_SPEED));
     } else {
         scenario_fail(error, guilty->place, name, "%s", text);

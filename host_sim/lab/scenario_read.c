@@ -292,8 +292,8 @@ static bool read_rows(const reading_t *reading, const toml_entry_t *section, sce
     return true;
 }
 
-/* The sections among a table's entries, into an event with room for `room` settings, or for all of these and
- * one for each entry. */
+/* Reads the sections among a table's entries into an event. The event gets space for `room` settings, or for
+ * one setting of each entry if that is more. */
 bool reading_sections(const reading_t *reading, const toml_entry_t *table, scenario_event_t *event,
                       uint32_t room)
 {

@@ -50,7 +50,7 @@ void tune_boards(FILE *to, const motor_t *motor, const char *comment)
             "%.3g A)",
             comment, 1.2 * 1.5 * 2.0 * current, current);
     if (link > 0.0) {
-        fprintf(to, " and lets its link trip at %.4g V", 1.286 * link);
+        fprintf(to, " and whose link trips at %.4g V", 1.286 * link);
     }
     fprintf(to, ".\n");
     for (size_t n = 0; board_facts[n] != NULL; n++) {

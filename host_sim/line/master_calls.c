@@ -140,7 +140,7 @@ bool master_unlock(master_t *master, uint32_t key, master_error_t *error)
         master->connected = false;
         return master_fail(
             error,
-            "%s: the key is wrong: accepted is the drive's parameter line_key, and the drive has ended "
+            "%s: the key is wrong: accepted: the drive's parameter line_key, and the drive has ended "
             "the connection; without a key it can be read",
             master->name);
     }
@@ -432,10 +432,10 @@ static bool fail_range(const table_row_t *row, double value, master_error_t *err
     char given[RIG_NUMBER_SIZE];
     char range[RIG_RANGE_SIZE];
     if (row->kind == SLOT_ENUM) {
-        return master_fail(error, "%s %s: accepted %s (0 and up)", row->name, rig_value_text(given, value),
+        return master_fail(error, "%s %s: accepted: %s (0 and up)", row->name, rig_value_text(given, value),
                            row->choices);
     }
-    return master_fail(error, "%s %s: accepted %s", row->name, rig_value_text(given, value),
+    return master_fail(error, "%s %s: accepted: %s", row->name, rig_value_text(given, value),
                        rig_range_text(range, row, rig_min(row), rig_max(row)));
 }
 
@@ -525,7 +525,7 @@ bool master_order(master_t *master, const char *order, master_refusal_t *refusal
         return false;
     }
     if (number < 0) {
-        return master_fail(error, "%s: no such order; accepted %s", order, row->choices);
+        return master_fail(error, "%s: no such order; accepted: %s", order, row->choices);
     }
     question_t question = write_question(MASTER_SERVICES, 4u * row->id, line_bits(row, (uint32_t)number));
     question.patience = MASTER_PATIENCE_ORDER;
@@ -572,7 +572,7 @@ static bool capture_columns(master_t *master, master_capture_t *capture, master_
         return false;
     }
     if (count < 1.0 || count > MASTER_CAPTURE_MAX) {
-        return master_fail(error, "capture_signals %g: accepted 1 to %u", count, MASTER_CAPTURE_MAX);
+        return master_fail(error, "capture_signals %g: accepted: 1 to %u", count, MASTER_CAPTURE_MAX);
     }
     capture->count = (uint32_t)count;
     for (uint32_t n = 0; n < capture->count; n++) {
@@ -602,7 +602,7 @@ static bool judge_content(master_t *master, bool replay, master_error_t *error)
         return true;
     }
     return master_fail(error,
-                       replay ? "the capture buffer contains signals: accepted is a record for a replay; set "
+                       replay ? "the capture buffer contains signals: accepted: a record for a replay; set "
                                 "fault_record replay, apply, and wait for a fault or trigger the buffer"
                               : "the capture buffer contains a record for a replay: `capture save FILE` "
                                 "writes it; `capture arm` records signals instead");
@@ -671,8 +671,8 @@ uint32_t *master_record(master_t *master, uint32_t *count, master_error_t *error
     }
     *count = master_take(head, 4u);
     if (*count < RIG_RECORD_HEAD || *count > CAPTURE_SLOTS + RIG_RECORD_HEAD) {
-        master_fail(error, "the record has %u slots: accepted are %u to %u", (unsigned)*count,
-                    RIG_RECORD_HEAD, (unsigned)(CAPTURE_SLOTS + RIG_RECORD_HEAD));
+        master_fail(error, "the record has %u slots: accepted: %u to %u", (unsigned)*count, RIG_RECORD_HEAD,
+                    (unsigned)(CAPTURE_SLOTS + RIG_RECORD_HEAD));
         return NULL;
     }
     uint8_t *data = malloc((size_t)4u * *count);

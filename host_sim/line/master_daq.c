@@ -118,10 +118,10 @@ static bool write_list(master_t *master, const table_row_t *const *rows, uint32_
 static bool check_rows(const table_row_t *const *rows, uint32_t count, uint32_t every, master_error_t *error)
 {
     if (count == 0u || count > MASTER_DAQ_MAX) {
-        return master_fail(error, "%u rows to sample: accepted 1 to %u", (unsigned)count, MASTER_DAQ_MAX);
+        return master_fail(error, "%u rows to sample: accepted: 1 to %u", (unsigned)count, MASTER_DAQ_MAX);
     }
     if (every == 0u || every > 255u) {
-        return master_fail(error, "every %u periods: accepted 1 to 255", (unsigned)every);
+        return master_fail(error, "every %u periods: accepted: 1 to 255", (unsigned)every);
     }
     for (uint32_t n = 0; n < count; n++) {
         master_extension_t extension;

@@ -65,7 +65,7 @@ bool transport_parse(const char *target, transport_target_t *parsed, char *why, 
     char *colon = strrchr(parsed->place, ':');
     if (colon != NULL && strchr(colon, '/') == NULL && access(target, F_OK) != 0) {
         if (!is_whole(colon + 1, TRANSPORT_BAUD_MIN, TRANSPORT_BAUD_MAX, &parsed->baud)) {
-            snprintf(why, size, "%s: baud %s: accepted whole numbers %u to %u", target, colon + 1,
+            snprintf(why, size, "%s: baud %s: accepted: whole numbers %u to %u", target, colon + 1,
                      TRANSPORT_BAUD_MIN, TRANSPORT_BAUD_MAX);
             return false;
         }

@@ -134,7 +134,7 @@ bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
         }
         if (value == &params->iron_loss_resistance && *value != 0.0 && *value < PLANT_IRON_LEAST) {
             return refuse(why, row, *value, PLANT_IRON_LEAST,
-                          "accepted are 10 ohm and more, or 0: no loss in the iron");
+                          "accepted: 10 ohm and more, or 0: no loss in the iron");
         }
         if (value == &params->load_torque && params->load_kind == PLANT_LOAD_PASSIVE && *value < 0.0) {
             return refuse(why, row, *value, 0.0, "a passive load can not drive");

@@ -32,15 +32,15 @@ static bool refuse(char why[WHY_SIZE], const char *text)
 static bool accepted(const binding_campaign_t *campaign, char why[WHY_SIZE])
 {
     if (campaign->runs < 1u || campaign->runs > CAMPAIGN_RUNS_MAX) {
-        snprintf(why, WHY_SIZE, "runs: accepted 1 to %u", CAMPAIGN_RUNS_MAX);
+        snprintf(why, WHY_SIZE, "runs: accepted: 1 to %u", CAMPAIGN_RUNS_MAX);
         return false;
     }
     if (!(campaign->seconds >= CAMPAIGN_SECONDS_MIN && campaign->seconds <= CAMPAIGN_SECONDS_MAX)) {
-        snprintf(why, WHY_SIZE, "seconds: accepted %g to %g", CAMPAIGN_SECONDS_MIN, CAMPAIGN_SECONDS_MAX);
+        snprintf(why, WHY_SIZE, "seconds: accepted: %g to %g", CAMPAIGN_SECONDS_MIN, CAMPAIGN_SECONDS_MAX);
         return false;
     }
     if (campaign->shard < 1u || campaign->shard > campaign->shards || campaign->shards > campaign->runs) {
-        return refuse(why, "shard, shards: accepted 1 <= shard <= shards <= runs");
+        return refuse(why, "shard, shards: accepted: 1 <= shard <= shards <= runs");
     }
     return true;
 }

@@ -5,7 +5,7 @@ endif()
 set(LAGLESS_PYTHON_LIBRARY "" CACHE FILEPATH "liblagless.so of another build, to pack into a wheel; empty: build it here")
 if(LAGLESS_PYTHON_LIBRARY)
     if(NOT EXISTS "${LAGLESS_PYTHON_LIBRARY}")
-        message(FATAL_ERROR "LAGLESS_PYTHON_LIBRARY=${LAGLESS_PYTHON_LIBRARY}: there is no such file; accepted is another build's "
+        message(FATAL_ERROR "LAGLESS_PYTHON_LIBRARY=${LAGLESS_PYTHON_LIBRARY}: there is no such file; accepted: another build's "
             "python/liblagless.so, or nothing")
     endif()
     add_custom_target(lagless_python)

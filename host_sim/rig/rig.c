@@ -360,7 +360,7 @@ bool rig_flash_load(rig_t *rig, const uint8_t *octets, size_t size)
 {
     char text[sizeof rig->error];
     if (size != RIG_FLASH_SIZE) {
-        snprintf(text, sizeof text, "flash of %zu octets: accepted are %u", size, RIG_FLASH_SIZE);
+        snprintf(text, sizeof text, "flash of %zu octets: accepted: %u", size, RIG_FLASH_SIZE);
         return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
     }
     chip_memory_fill(&rig->state.chip, octets);
@@ -382,7 +382,7 @@ bool rig_flash_load(rig_t *rig, const uint8_t *octets, size_t size)
     uint16_t words[CHIP_FLASH_WORDS];
     const chip_t before = rig->state.chip;
     if (size != RIG_FLASH_SIZE) {
-        snprintf(text, sizeof text, "flash of %zu octets: accepted are %u", size, RIG_FLASH_SIZE);
+        snprintf(text, sizeof text, "flash of %zu octets: accepted: %u", size, RIG_FLASH_SIZE);
         return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
     }
     for (uint32_t page = 0; page < CHIP_FLASH_PAGES; page++) {
@@ -393,7 +393,7 @@ bool rig_flash_load(rig_t *rig, const uint8_t *octets, size_t size)
         if (!chip_flash_fill(&rig->state.chip, page, words)) {
             rig->state.chip = before;
             snprintf(text, sizeof text,
-                     "flash page %u has different words after word %u: accepted are erased "
+                     "flash page %u has different words after word %u: accepted: erased "
                      "ones there",
                      page, CHIP_FLASH_KEPT - 1u);
             return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
@@ -419,8 +419,8 @@ bool rig_load(rig_t *rig, const void *state, size_t size)
 {
     if (size != sizeof rig->state) {
         char text[sizeof rig->error];
-        snprintf(text, sizeof text, "the state has %zu octets: accepted are %zu, the size in this program",
-                 size, sizeof rig->state);
+        snprintf(text, sizeof text, "the state has %zu octets: accepted: %zu, the size in this program", size,
+                 sizeof rig->state);
         return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
     }
     memcpy(&rig->state, state, sizeof rig->state);

@@ -108,14 +108,14 @@ static bool is_of_this_program(rig_t *rig, const rig_record_t *record)
     char text[sizeof rig->error];
     rig_bind(rig);
     if (record->format != RECORDING_FORMAT) {
-        snprintf(text, sizeof text, "format %lu of the record: accepted is %lu",
-                 (unsigned long)record->format, (unsigned long)RECORDING_FORMAT);
+        snprintf(text, sizeof text, "format %lu of the record: accepted: %lu", (unsigned long)record->format,
+                 (unsigned long)RECORDING_FORMAT);
         return refuse(rig, text);
     }
     if (record->version != APP_VERSION) {
         snprintf(
             text, sizeof text,
-            "firmware %lu.%lu.%lu: accepted is %lu.%lu.%lu, which is this program's; build lagless from the "
+            "firmware %lu.%lu.%lu: accepted: %lu.%lu.%lu, which is this program's; build lagless from the "
             "sources of the drive's firmware",
             (unsigned long)(record->version >> 16), (unsigned long)(record->version >> 8 & 0xFFu),
             (unsigned long)(record->version & 0xFFu), (unsigned long)APP_VERSION_MAJOR,
@@ -124,21 +124,20 @@ static bool is_of_this_program(rig_t *rig, const rig_record_t *record)
     }
     if (strcmp(record->board, BOARD_NAME) != 0) {
         snprintf(text, sizeof text,
-                 "board %.24s: accepted is %s, the board of this program; give --board %.24s", record->board,
+                 "board %.24s: accepted: %s, the board of this program; give --board %.24s", record->board,
                  BOARD_NAME, record->board);
         return refuse(rig, text);
     }
     if (record->carrier_ns != (uint32_t)(DRIVE_PERIOD * 1e9f + 0.5f)) {
-        snprintf(
-            text, sizeof text,
-            "carrier with a period of %lu ns: accepted are %lu ns, those of the board file; build lagless "
-            "with the board file of the drive's firmware",
-            (unsigned long)record->carrier_ns, (unsigned long)(DRIVE_PERIOD * 1e9f + 0.5f));
+        snprintf(text, sizeof text,
+                 "carrier with a period of %lu ns: accepted: %lu ns, those of the board file; build lagless "
+                 "with the board file of the drive's firmware",
+                 (unsigned long)record->carrier_ns, (unsigned long)(DRIVE_PERIOD * 1e9f + 0.5f));
         return refuse(rig, text);
     }
     if (record->layout != recording_layout()) {
         snprintf(text, sizeof text,
-                 "layout %08lx of the state: accepted is %08lx, that of this program; build lagless from the "
+                 "layout %08lx of the state: accepted: %08lx, that of this program; build lagless from the "
                  "sources of the drive's firmware",
                  (unsigned long)record->layout, (unsigned long)recording_layout());
         return refuse(rig, text);
@@ -160,8 +159,7 @@ static bool is_complete(rig_t *rig, const rig_record_t *record, uint32_t count)
     if (record->rows <= RECORDING_ROWS && record->slots == needed && count == needed) {
         return true;
     }
-    snprintf(text, sizeof text,
-             "%lu slots with %lu periods: accepted are %lu slots, with at most %lu periods",
+    snprintf(text, sizeof text, "%lu slots with %lu periods: accepted: %lu slots, with at most %lu periods",
              (unsigned long)count, (unsigned long)record->rows, (unsigned long)needed,
              (unsigned long)RECORDING_ROWS);
     return refuse(rig, text);

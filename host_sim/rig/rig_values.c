@@ -80,7 +80,7 @@ bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text)
     return false;
 }
 
-/* "inertia = 3 kg m^2: accepted 1e-07 to 1 kg m^2" and the text after it. */
+/* "inertia = 3 kg m^2: accepted: 1e-07 to 1 kg m^2" and the text after it. */
 static bool refuse_in_favour(rig_t *rig, const table_row_t *row, int32_t reason, double value, double min,
                              double max, const char *behind)
 {
@@ -88,7 +88,7 @@ static bool refuse_in_favour(rig_t *rig, const table_row_t *row, int32_t reason,
     char number[RIG_NUMBER_SIZE];
     char range[RIG_RANGE_SIZE];
     const bool pure = strcmp(row->unit, "-") == 0;
-    snprintf(text, sizeof text, "%.48s = %s%s%.24s: accepted %s%.280s", row->name,
+    snprintf(text, sizeof text, "%.48s = %s%s%.24s: accepted: %s%.280s", row->name,
              rig_value_text(number, value), pure ? "" : " ", pure ? "" : row->unit,
              rig_range_text(range, row, min, max), behind);
     rig_refuse(rig, row->id, reason, text);

@@ -378,7 +378,7 @@ static void serve(http_t *http, uint32_t client, char *head, const char *body)
     if (sscanf(head, "%7s %127s %15s", method, path, version) != 3 || strncmp(version, "HTTP/1.", 7) != 0 ||
         path[0] != '/' || (strcmp(method, "GET") != 0 && strcmp(method, "POST") != 0)) {
         refuse(http, client, 400,
-               "the request is not understood; accepted are the requests of the scope's page\n");
+               "the request is not understood; accepted: the requests of the scope's page\n");
         return;
     }
     const bool post = strcmp(method, "POST") == 0;

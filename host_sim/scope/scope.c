@@ -555,14 +555,14 @@ static bool choose(scope_t *scope, const char *body, char *why, size_t size)
         const unsigned long id = strtoul(at, &end, 10);
         const table_row_t *row = end != at ? rig_row((uint32_t)id) : NULL;
         if (row == NULL || count == SCOPE_SIGNALS) {
-            snprintf(why, size, "signals: accepted up to %u ids of signals", SCOPE_SIGNALS);
+            snprintf(why, size, "signals: accepted: up to %u ids of signals", SCOPE_SIGNALS);
             return false;
         }
         rows[count++] = row;
         end += strspn(end, " \r\n");
     }
     if (every > 255u) {
-        snprintf(why, size, "every %lu periods: accepted 0 (the highest rate of the link) to 255", every);
+        snprintf(why, size, "every %lu periods: accepted: 0 (the highest rate of the link) to 255", every);
         return false;
     }
     master_error_t error = {{0}};

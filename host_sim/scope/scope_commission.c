@@ -29,10 +29,9 @@ bool scope_commission_want(scope_commission_t *commission, const char *body, cha
           plate.pole_pairs == round(plate.pole_pairs)) ||
         !(isfinite(plate.current) && plate.current > 0.0) || !(isfinite(plate.speed) && plate.speed > 0.0) ||
         !(isfinite(link) && link >= 0.0)) {
-        snprintf(
-            why, size,
-            "the plate: accepted are whole pole pairs from 1 on, a positive current and a positive speed; "
-            "the link's voltage is positive, or empty");
+        snprintf(why, size,
+                 "the plate: accepted: whole pole pairs from 1 on, a positive current and a positive speed; "
+                 "the link's voltage is positive, or empty");
         return false;
     }
     if (!commission_choose(&options, steps, why, size)) {

@@ -274,7 +274,7 @@ class Configuration(unittest.TestCase):
                 self.assertNotEqual(done.returncode, 0)
                 said = " ".join(done.stdout.split())
                 known = ", ".join(path.stem for path in BOARDS[:-2])
-                self.assertIn(f"LAGLESS_BOARD={board}: accepted are {known}, or the path of a board file (docs/board.md)", said)
+                self.assertIn(f"LAGLESS_BOARD={board}: accepted: {known}, or the path of a board file (docs/board.md)", said)
 
 
 def guide_rows():

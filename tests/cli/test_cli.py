@@ -163,7 +163,7 @@ class CommandLine(TestCase):
         self.assertEqual(1, done.stdout.count("nominal   "))
         self.assertRegex(done.stderr, r"^\d+ points in [\d.]+ s\n$")  # without a terminal there is no progress bar
         self.refuses((["map", path, "--speeds", "700,2500"], path + ": ", "speed_request", "2500 r/min"),
-                     (["map", path, "--ideal"], "--ideal", "cannot be used with a scenario"), (["map", path, path], "a second scenario; accepted is one"))
+                     (["map", path, "--ideal"], "--ideal", "cannot be used with a scenario"), (["map", path, path], "a second scenario; accepted: one"))
 
     def campaign(self, *arguments, **settings):
         return lagless("campaign", "--runs", "12", "--seed", "3", "--seconds", "0.1", *arguments, **settings)
@@ -315,19 +315,19 @@ class CommandLine(TestCase):
                 (["run", path, "--out", self.folder, "--format", "xml"], "csv, mat, vcd, mdf"),
                 (["run", path, "--out", self.folder, "--every", "0"], "whole numbers 1 to"),
                 (["run", path, "--out", self.folder, "--format", "vcd", "--set", "fidelity=averaged"], "switched"),
-                (["run", path, path], "a second scenario; accepted is one"), (["explain", "overcurent"], "did you mean overcurrent?"),
+                (["run", path, path], "a second scenario; accepted: one"), (["explain", "overcurent"], "did you mean overcurrent?"),
                 (["explain", "999"], "no such reason"), (["completion", "tcsh"], "bash, zsh, fish"), (["params", "no_such_row"], "no row has no_such_row"),
                 (["signals", "no_such", "row_either"], "one of these words"),
-                (["campaign", "--runs", "0"], "1 to 1000000"), (["campaign", "--runs", "ten"], "accepted whole numbers"),
-                (["campaign", "--seed", "-1"], "accepted whole numbers"), (["campaign", "--seconds", "0.01"], "0.1 to 3600"),
-                (["campaign", "--seconds", "2x"], "0.1 to 3600"), (["campaign", "--shard", "0/2"], "accepted I/N"),
-                (["campaign", "--shard", "3/2"], "accepted I/N"), (["campaign", "--shard", "1"], "accepted I/N"),
+                (["campaign", "--runs", "0"], "1 to 1000000"), (["campaign", "--runs", "ten"], "accepted: whole numbers"),
+                (["campaign", "--seed", "-1"], "accepted: whole numbers"), (["campaign", "--seconds", "0.01"], "0.1 to 3600"),
+                (["campaign", "--seconds", "2x"], "0.1 to 3600"), (["campaign", "--shard", "0/2"], "accepted: I/N"),
+                (["campaign", "--shard", "3/2"], "accepted: I/N"), (["campaign", "--shard", "1"], "accepted: I/N"),
                 (["campaign", "--runs", "3", "--shard", "1/4"], "more shards than runs; accepted: N up to 3"),
                 (["campaign", "--resume"], "--out FOLDER"), (["campaign", "split"], "accepted: `merge FOLDER...`, or none"),
-                (["campaign", "merge"], "no folder is given; accepted: "), (["campaign", "merge", "x", "--runs", "3"], "accepted are folders"),
+                (["campaign", "merge"], "no folder is given; accepted: "), (["campaign", "merge", "x", "--runs", "3"], "accepted: folders"),
                 (["campaign", "merge", "no_such"], "no_such/campaign.csv"),
                 (["map", "no_such"], "neither a file nor a scenario of the library; `lagless scenarios` lists them"),
-                (["matrix", "--only", "xyz"], "no such fault; accepted: "), (["map", "--adaptation", "x"], "accepted off, on, both"),
+                (["matrix", "--only", "xyz"], "no such fault; accepted: "), (["map", "--adaptation", "x"], "accepted: off, on, both"),
                 (["map", "--speeds", "9"], "10 to 1900"), (["map", "--speeds", "1901"], "10 to 1900"),
                 (["map", "--speeds", "100,,200"], "accepted"), (["map", "--speeds", "100 200"], "accepted"),
                 (["map", "--speeds", ""], "accepted"), (["map", "--speeds", "nan"], "accepted"),
@@ -339,7 +339,7 @@ class CommandLine(TestCase):
                 (["matrix", "--seed", "3"], "--share"),
                 (["paper", "fig99"], "known are fig04 fig05"), (["paper", "fig13", "fig1"], "fig1: no such figure"),
                 (["paper", "beyond_sped"], "did you mean beyond_speed"), (["paper", "--seed"], "--help"),
-                (["serve", "nosuch"], "neither a file nor"), (["serve"], "no scenario is given"), (["serve", "a", "b"], "b: a second scenario; accepted is one"),
+                (["serve", "nosuch"], "neither a file nor"), (["serve"], "no scenario is given"), (["serve", "a", "b"], "b: a second scenario; accepted: one"),
                 (["serve", "bare_motor", "--port", "65536"], "0 to 65535"), (["serve", "bare_motor", "--port", "x"], "0 to 65535"),
                 (["serve", "bare_motor", "--until", "soon"], "accepted"), (["serve", "bare_motor", "--until", "-1"], "accepted"),
                 (["serve", "bare_motor", "--free", "--realtime"], "one of them"),

@@ -361,7 +361,7 @@ class Test(command_line.TestCase):
     def test_figures_and_a_file_do_not_mix_and_a_missing_file_is_reported(self):
         path = self.write(STANDING + claim("a", "1", 1.0))
         for arguments in ((path, "fig13"), ("fig13", path), (path, path)):
-            self.expect(2, self.lagless("paper", *arguments), "accepted is one file")
+            self.expect(2, self.lagless("paper", *arguments), "accepted: one file")
         self.expect(2, self.lagless("paper", "./none.toml"), "none.toml")
         self.assertIn("[FIG... | FILE]", self.lagless("paper", "--help").stdout)
 

@@ -179,19 +179,19 @@ class Replay(command_line.TestCase):
             return lambda text: re.sub(before, after, text, count=1, flags=re.MULTILINE)
 
         for change, *fragments in (
-            (line("^lagless replay 1", "lagless replay 2"), "format 2: accepted is 1"),
-            (line("^tables .*", "tables lagless-00000000"), "tables lagless-00000000: accepted is lagless-"),
-            (line("^board .*", "board other"), "board other: accepted is"),
+            (line("^lagless replay 1", "lagless replay 2"), "format 2: accepted: 1"),
+            (line("^tables .*", "tables lagless-00000000"), "tables lagless-00000000: accepted: lagless-"),
+            (line("^board .*", "board other"), "board other: accepted:"),
             (line("^board .*\n", ""), "the line `board` is missing"),
-            (line("^period .*", "period 1"), "period 1: accepted is"),
-            (line("^slots .*", "slots 9"), "slots 9: accepted are"),
-            (line("^slots (.*)", r"slots 4000"), "accepted is the number of slots that follow"),
-            (slot(0, 7), "format 7 of the record: accepted is 1"),
-            (slot(2, 0x020304), "firmware 2.3.4: accepted is 0.1.0"),
-            (slot(3, 1), "layout 00000001 of the state: accepted is"),
-            (slot(6, 4), "with 4 periods: accepted are"),
+            (line("^period .*", "period 1"), "period 1: accepted:"),
+            (line("^slots .*", "slots 9"), "slots 9: accepted:"),
+            (line("^slots (.*)", r"slots 4000"), "accepted: the number of slots that follow"),
+            (slot(0, 7), "format 7 of the record: accepted: 1"),
+            (slot(2, 0x020304), "firmware 2.3.4: accepted: 0.1.0"),
+            (slot(3, 1), "layout 00000001 of the state: accepted:"),
+            (slot(6, 4), "with 4 periods: accepted:"),
             (slot(10, 0), "no complete snapshot of the state before the trigger"),
-            (slot(13, 50000), "carrier with a period of 50000 ns: accepted are 100000 ns"),
+            (slot(13, 50000), "carrier with a period of 50000 ns: accepted: 100000 ns"),
         ):
             with self.subTest(fragments=fragments):
                 self.write("run.replay", sealed(change(text)))

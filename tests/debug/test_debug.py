@@ -563,7 +563,7 @@ class ToolTest(unittest.TestCase):
             for code, words, text, more in (
                 (2, ["--at", "1 h"], "--at: '1 h' is no time", {}),
                 (2, ["--period", "x"], "--period: 'x' is no period", {}),
-                (2, ["--at", "1 s", "--period", "5"], "accepted is one of them", {}),
+                (2, ["--at", "1 s", "--period", "5"], "accepted: one of them", {}),
                 (2, ["--at"], "--at needs a value", {}),
                 (2, ["--nonsense"], "no option '--nonsense'", {}),
                 (2, ["a.toml", "b.toml"], "one scenario", {}),

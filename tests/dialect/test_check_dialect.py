@@ -340,7 +340,7 @@ class CheckDialect(unittest.TestCase):
     def test_unknown_gate_is_an_error(self):
         run = self.check("style")
         self.assertEqual(run.returncode, 2)
-        self.assertIn("no check 'style': accepted are types, calls, misra", run.stderr)
+        self.assertIn("no check 'style': accepted: types, calls, misra", run.stderr)
 
     def test_empty_tree_is_an_error(self):
         shutil.rmtree(self.root / "firmware")

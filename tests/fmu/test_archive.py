@@ -131,8 +131,8 @@ class Archive(unittest.TestCase):
         self.assertGreater(told["variables"], 250)
 
     def test_what_cannot_be_made_is_refused_with_its_cause(self):
-        for arguments, code, part in ((["nowhere.toml"], 2, "nowhere.toml"), (["load_step", "--seed", "x"], 2, "accepted whole numbers"),
-                                      (["load_step", "--part", "motor"], 2, "accepted are ring, drive and plant"),
+        for arguments, code, part in ((["nowhere.toml"], 2, "nowhere.toml"), (["load_step", "--seed", "x"], 2, "accepted: whole numbers"),
+                                      (["load_step", "--part", "motor"], 2, "accepted: ring, drive and plant"),
                                       (["load_step", "--set", "inertia=-1"], 2, "inertia"), (["load_step", "--out", "/proc/none"], 3, "/proc/none"),
                                       (["load_step", "--out", FOLDER, "--force"], 3, "tools/get-fmi")):
             env = dict(os.environ, **({"LAGLESS_FMU": "/nowhere/lagless.so"} if "tools" in part else {}))

@@ -73,7 +73,7 @@ class Counts(unittest.TestCase):
             self.assertEqual([], judge.compare_pool(summary, rows, found))
             self.assertEqual(2, len(judge.compare_pool({**summary, "violations": [{**summary["violations"][0], "run": 8}]}, rows, found)))
             path.write_text("pool 1 600\nrun x\n", encoding="utf-8")
-            with self.assertRaisesRegex(SystemExit, ":2: run x: accepted are"):
+            with self.assertRaisesRegex(SystemExit, ":2: run x: accepted:"):
                 judge.read(path)
 
 class Defects(unittest.TestCase):

@@ -218,7 +218,7 @@ static void test_settings_that_wait_for_each_other_find_their_order(void)
     TEST_ASSERT_EQUAL_STRING("current_limit", scenario->events[0].settings[0].row->name);
     /* If a limit is refused, the message names the limit and not the reference that depends on it. */
     expect_error(RUN "[requests]\ni_q_request = 12\n[params]\ncurrent_limit = 14\n",
-                 "8:1: overcurrent_trip: 15 A: accepted 16.8 to 19 A");
+                 "8:1: overcurrent_trip: 15 A: accepted: 16.8 to 19 A");
     /* In the reverse direction the reference must change first. */
     given(RUN "[requests]\ni_q_request = 9\n[[at]]\ntime = 0.5\nparams.current_limit = "
               "5\nrequests.i_q_request = 4\n");
@@ -240,7 +240,7 @@ static void test_events_are_judged_in_the_order_of_time(void)
 #define FASTER "params.overspeed_trip = 320\nparams.observer_gain = 290\n"
     given(RUN "[[at]]\ntime = 0.8\nrequests.speed_request = 300\n[[at]]\ntime = 0.2\n" FASTER);
     expect_error(RUN "[[at]]\ntime = 0.2\nrequests.speed_request = 300\n[[at]]\ntime = 0.8\n" FASTER,
-                 "7:10: speed_request: 300 rad/s: accepted -209 to 209 rad/s");
+                 "7:10: speed_request: 300 rad/s: accepted: -209 to 209 rad/s");
 #undef FASTER
 }
 
@@ -379,7 +379,7 @@ static void test_overrides_that_fit_only_together_are_judged_together(void)
     set("current_limit=14");
     TEST_ASSERT_FALSE(scenario_check(scenario, &error));
     scenario_error_text(&error, line, sizeof line);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, "test.toml: overcurrent_trip: 15 A: accepted 16.8 to 19 A"),
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, "test.toml: overcurrent_trip: 15 A: accepted: 16.8 to 19 A"),
                                  line);
     set("overcurrent_trip=18");
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));

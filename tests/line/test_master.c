@@ -220,7 +220,7 @@ static void test_what_a_row_does_not_accept_is_not_sent(void)
     connect_with(true);
     const uint32_t before = slave_count(&slave, 0xF0);
     TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), 1000.0, &error));
-    has_text("motor_resistance 1000: accepted 0.001 to 100 ohm");
+    has_text("motor_resistance 1000: accepted: 0.001 to 100 ohm");
     TEST_ASSERT_FALSE(master_set(master, row("motor_pole_pairs"), 1.5, &error));
     has_text("whole numbers 1 to 64");
     TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), (double)NAN, &error));
@@ -424,7 +424,7 @@ static void test_an_order_that_is_refused_names_reason_and_row(void)
     TEST_ASSERT_EQUAL_HEX32(2u * 0x11111111u ^ (row("order")->id * 0x9E3779B1u),
                             slave_get(&slave, MASTER_SERVICES, 4u * row("order")->id));
     TEST_ASSERT_FALSE(master_order(master, "dance", &refusal, &error));
-    has_text("dance: no such order; accepted none|apply|save");
+    has_text("dance: no such order; accepted: none|apply|save");
 }
 
 /* ---- samples ---- */
@@ -557,10 +557,10 @@ static void test_what_cannot_be_sampled_is_refused(void)
         rows[n] = row("omega_m");
     }
     TEST_ASSERT_FALSE(master_daq_start(master, rows, 17u, 1u, keep, &samples, &error));
-    has_text("17 rows to sample: accepted 1 to 16");
+    has_text("17 rows to sample: accepted: 1 to 16");
     TEST_ASSERT_FALSE(master_daq_start(master, rows, 0u, 1u, keep, &samples, &error));
     TEST_ASSERT_FALSE(master_daq_start(master, rows, 1u, 256u, keep, &samples, &error));
-    has_text("every 256 periods: accepted 1 to 255");
+    has_text("every 256 periods: accepted: 1 to 255");
     rows[0] = row("motor_resistance");
     TEST_ASSERT_FALSE(master_daq_start(master, rows, 1u, 1u, keep, &samples, &error));
     has_text("motor_resistance: only signals");

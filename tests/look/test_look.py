@@ -268,9 +268,9 @@ class Refusals(Case):
 
     def test_wrong_use_is_2_before_anything_runs(self):
         path = self.recording()
-        self.refuses((["plot"], "no recording is given"), (["compare", path], "two recordings are needed"), (["plot", path, path], "a second recording; accepted is one"),
-                     (["plot", path, "--format", "jpg"], "jpg: accepted html, png, svg"))
-        self.expect(2, lagless("run", self.own_toml, "--plot=pdf", cwd=self.folder), "pdf: accepted html, png, svg")
+        self.refuses((["plot"], "no recording is given"), (["compare", path], "two recordings are needed"), (["plot", path, path], "a second recording; accepted: one"),
+                     (["plot", path, "--format", "jpg"], "jpg: accepted: html, png, svg"))
+        self.expect(2, lagless("run", self.own_toml, "--plot=pdf", cwd=self.folder), "pdf: accepted: html, png, svg")
         self.expect(2, lagless("run", self.own_toml, "--plot", "--record", "nonsense", cwd=self.folder))
         self.assertFalse((self.folder / "runs").exists(), "a refused run leaves no folder")
 

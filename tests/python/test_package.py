@@ -284,7 +284,7 @@ class TheRig(unittest.TestCase):
     def test_a_refusal_names_row_value_and_range_and_changes_nothing(self):
         with lagless.Rig() as rig:
             before = rig.hash
-            with self.assertRaisesRegex(lagless.Error, r"motor_resistance = -3 ohm: accepted 0\.001 to 100 ohm") as caught:
+            with self.assertRaisesRegex(lagless.Error, r"motor_resistance = -3 ohm: accepted: 0\.001 to 100 ohm") as caught:
                 rig.set(motor_inductance_q=0.02, motor_resistance=-3, load_torque=1)
             self.assertEqual(caught.exception.name, "motor_resistance")
             self.assertEqual(rig.hash, before)

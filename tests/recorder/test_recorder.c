@@ -585,21 +585,21 @@ static void test_options_out_of_range_are_refused(void)
     expect_refused("no name");
     options = good;
     options.count = 0;
-    expect_refused("0 rows to record: accepted 1 to 160");
+    expect_refused("0 rows to record: accepted: 1 to 160");
     options.count = RIG_TAP_MAX + 1u;
-    expect_refused("161 rows to record: accepted 1 to 160");
+    expect_refused("161 rows to record: accepted: 1 to 160");
     options = good;
     options.every = 0;
-    expect_refused("accepted 1 and more");
+    expect_refused("accepted: 1 and more");
     options = good;
     options.memory = RECORDER_MEMORY_MIN - 1u;
-    expect_refused("accepted 4194304 to 1073741824");
+    expect_refused("accepted: 4194304 to 1073741824");
     options.memory = RECORDER_MEMORY_MAX + 1u;
-    expect_refused("accepted 4194304 to 1073741824");
+    expect_refused("accepted: 4194304 to 1073741824");
     options = good;
     options.formats = RECORDER_VCD;
     options.isr_ticks = 0;
-    expect_refused("accepted 1 and more");
+    expect_refused("accepted: 1 and more");
 }
 
 static void test_rows_must_exist_and_differ(void)

@@ -54,7 +54,7 @@ static inline void run_puts(rig_t *rig, const char *text)
     for (int length; sscanf(text, " %39[^=]=%lf%n", name, &value, &length) == 2; text += length) {
         run_put(rig, name, value);
     }
-    TEST_ASSERT_EQUAL_STRING_MESSAGE("", text, "accepted are rows as NAME=VALUE, separated by blanks");
+    TEST_ASSERT_EQUAL_STRING_MESSAGE("", text, "accepted: rows as NAME=VALUE, separated by blanks");
 }
 
 /* From now on this function receives these rows in every period. */

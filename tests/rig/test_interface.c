@@ -60,7 +60,7 @@ static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_
     run_put(rig, "speed_ki", 3.0);
     run_put(rig, "overcurrent_trip", 1.1 * limit);
     TEST_ASSERT_FALSE(rig_apply(rig));
-    snprintf(range, sizeof range, "accepted %.7g to %.7g A (overcurrent_trip >= 1.2 current_limit)",
+    snprintf(range, sizeof range, "accepted: %.7g to %.7g A (overcurrent_trip >= 1.2 current_limit)",
              (double)(1.2f * (float)limit), (double)(0.95f * BOARD_CURRENT_RANGE));
     expect_refusal("overcurrent_trip", REASON_CROSS_RULE, range);
     TEST_ASSERT_EQUAL_DOUBLE(trip, rig_value(rig, "overcurrent_trip"));
@@ -99,9 +99,9 @@ typedef struct {
 static told_t told_range(void)
 {
     told_t told;
-    const char *from = strstr(rig_error(rig), "accepted ");
+    const char *from = strstr(rig_error(rig), "accepted: ");
     TEST_ASSERT_NOT_NULL_MESSAGE(from, rig_error(rig));
-    from += strlen("accepted ");
+    from += strlen("accepted: ");
     from += strncmp(from, "whole numbers ", 14) == 0 ? 14 : 0;
     TEST_ASSERT_EQUAL_INT_MESSAGE(2, sscanf(from, "%31s to %31s", told.text[0], told.text[1]),
                                   rig_error(rig));
@@ -191,7 +191,7 @@ static void test_a_row_without_room_is_reported_with_the_one_to_change(void)
 {
     run_puts(rig, "observer_gain=200 observer_slope=1 field_weakening=0 overspeed_trip=500");
     TEST_ASSERT_FALSE(rig_apply(rig));
-    expect_refusal("observer_gain", REASON_CROSS_RULE, "accepted none (observer_gain >= 1.1 times");
+    expect_refusal("observer_gain", REASON_CROSS_RULE, "accepted: none (observer_gain >= 1.1 times");
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), "; change observer_slope, advised 0.4372"),
                                  rig_error(rig));
     double number = 0.0;

@@ -272,7 +272,7 @@ class Scope(command_line.TestCase):
     def test_wrong_use_is_refused(self):
         target = self.serve("--port", "0")
         self.assertIn("no target is given", self.refused(2))
-        self.assertIn("b: a second target; accepted is one", self.refused(2, "a", "b"))
+        self.assertIn("b: a second target; accepted: one", self.refused(2, "a", "b"))
         self.assertIn("0 to 65535", self.refused(2, target, "--http", "70000"))
         self.assertIn("tcp://", self.refused(2, "nonsense", "--no-browser"))
         self.assertIn("no server listens", self.refused(3, "tcp://127.0.0.1:1", "--no-browser"))

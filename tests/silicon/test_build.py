@@ -57,8 +57,8 @@ class Refusals(unittest.TestCase):
         return " ".join(asked.stdout.split())
 
     def test_the_polarity_of_the_gates_has_no_default(self):
-        self.assertIn("LAGLESS_GATES='': accepted are active_high", self.refused())
-        self.assertIn("LAGLESS_GATES='high': accepted are active_high", self.refused("-DLAGLESS_GATES=high"))
+        self.assertIn("LAGLESS_GATES='': accepted: active_high", self.refused())
+        self.assertIn("LAGLESS_GATES='high': accepted: active_high", self.refused("-DLAGLESS_GATES=high"))
 
     def test_a_missing_compiler_is_named(self):
         self.assertIn("/nowhere/bin/cl2000 is missing: C2000_CGT_ROOT", self.refused(C2000_CGT_ROOT="/nowhere"))

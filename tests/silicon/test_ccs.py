@@ -205,7 +205,7 @@ class Check(unittest.TestCase):
     def test_what_is_missing_is_reported_and_a_complete_project_builds(self):
         whole = "-DLAGLESS_PER_FILE_OPTIONS"
         for definitions, *texts in (([whole], "HAL_GATE_ACTIVE_HIGH is not defined: add it to the predefined symbols", "1 with active_high, 0 with active_low"),
-                                    ([whole, "-DHAL_GATE_ACTIVE_HIGH=2"], "accepted is 1 with active_high, 0 with active_low"),
+                                    ([whole, "-DHAL_GATE_ACTIVE_HIGH=2"], "accepted: 1 with active_high, 0 with active_low"),
                                     (["-DHAL_GATE_ACTIVE_HIGH=1"], "makefile.defs was not read"),
                                     ([whole, "-DHAL_GATE_ACTIVE_HIGH=0"],), ([whole, "-DHAL_GATE_ACTIVE_HIGH=1"],)):
             with self.subTest(definitions=definitions):

@@ -535,9 +535,9 @@ class CallGraph(unittest.TestCase):
 
     def test_what_is_not_a_call_graph_is_refused(self):
         for name, text, status, why in (
-                ("graph.json", '[{"directory": "/"}]', 2, "accepted is the compile_commands.json of a build for the chip"),
+                ("graph.json", '[{"directory": "/"}]', 2, "accepted: the compile_commands.json of a build for the chip"),
                 ("names", "app_interrupt\nint main(void)\n", 2, "names:2: 'int main(void)' is not the name of a function"),
-                ("names", "# none\n", 2, "names no function; accepted is one a line"), ("nothing", None, 3, "nothing")):
+                ("names", "# none\n", 2, "names no function; accepted: one a line"), ("nothing", None, 3, "nothing")):
             if text:
                 (self.folder / name).write_text(text, encoding="utf-8")
             told = self.check(good(), self.folder / name)

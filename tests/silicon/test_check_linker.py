@@ -78,7 +78,7 @@ BREACHES = (
     ("firmware/app/main.c", r"    hal_boot\(\);\n", "    app_start();\n    hal_boot();\n",
      "copy: main calls app_start before hal_boot, which copies the code to RAM"),
     (FLASH, r"LOAD_SIZE\(ramfunc_load_size\), ", "",
-     "copy: section .TI.ramfunc has no LOAD_SIZE symbol for the start-up to copy it by"),
+     "copy: section .TI.ramfunc has no symbol LOAD_SIZE, which the start-up needs to copy the section"),
     (FLASH, r", RUN_SIZE\(stack_size\)", "", "stack: section .stack has no RUN_SIZE symbol, which the check of the end of the stack needs"),
     (FLASH, "ramfunc_run_start", "ramfunc_start",
      "copy: hal_boot does not use ramfunc_start, the RUN_START symbol of linker/f28335_flash.cmd"),
@@ -266,7 +266,7 @@ class CheckLinker(unittest.TestCase):
         if shutil.which("arm-none-eabi-gcc") is None:
             self.skipTest("arm-none-eabi-gcc is missing")
         self.assertEqual(status, 1)
-        self.assertRegex(told.getvalue(), r"room: the code in L0_L3 takes 1\d{4} words of a C28x \(\d+ to \d+\), estimated; accepted are 9216 "
+        self.assertRegex(told.getvalue(), r"room: the code in L0_L3 takes 1\d{4} words of a C28x \(\d+ to \d+\), estimated; accepted: 9216 "
                          r"of 12288: list in linker/interrupt_in_flash.txt")
 
     # Names

@@ -119,8 +119,8 @@ static period_t next(void)
     };
 }
 
-/* A period of the drive: it adds to the means, and with the last period of the means the learning makes
- * its step. */
+/* A period of the drive: it adds the period to the means. The learning makes its step with the last period of
+ * the means. */
 static void step(const period_t *input)
 {
     const float share = 1.0f / (float)EVERY;

@@ -199,7 +199,7 @@ def occurrence_of(text, line):
 
 
 def applied(text, original, mutated, occurrence):
-    """The bare source with that change in the given occurrence of the line, and the number of the line; or None twice."""
+    """The source without comments, changed in this occurrence of the line, and the number of the line; (None, None) if there is no such line."""
     seen = 0
     lines = bare(text).split("\n")
     for n, line in enumerate(lines):

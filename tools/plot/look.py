@@ -171,7 +171,7 @@ def compare(look):
 def formats(text):
     words = text.split(",")
     if not set(words) <= set(FORMATS):
-        raise argparse.ArgumentTypeError(f"{text}: accepted html, png, svg, separated by commas")
+        raise argparse.ArgumentTypeError(f"{text}: accepted: html, png, svg, separated by commas")
     return words
 
 

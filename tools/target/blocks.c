@@ -102,7 +102,7 @@ EXPORT int qemu_plugin_install(qemu_plugin_id_t id, const void *info, int argc, 
             ranges[range_count].first = strtoull(argv[n] + 6, &end, 0);
             ranges[range_count++].last = strtoull(end + 1, NULL, 0);
         } else {
-            fprintf(stderr, "blocks: %s: accepted are folder=FOLDER and up to %d times range=FIRST-LAST\n",
+            fprintf(stderr, "blocks: %s: accepted: folder=FOLDER and up to %d times range=FIRST-LAST\n",
                     argv[n], RANGES);
             return 1;
         }

@@ -9,7 +9,7 @@
  *     R       u(R) i_d
  *     gains   ANGLE_SIGMA_GAIN |omega| L_q |i|
  *
- * The voltage that the legs lose has a component along the current, and a sawtooth across it
+ * The voltage that the legs lose has a component along the current, and a sawtooth perpendicular to it
  * (dead_time_learn.h). The loop follows the sixth harmonic of this sawtooth with the share
  * f = k_p/(k_p^2 + 36 omega^2)^(1/2). After a value was learnt until its rate is g (gain.h), (g/g_0)^6 of the
  * initial error remains, and noise in proportion to the root of g:

@@ -157,8 +157,8 @@ typedef struct {
     float answer_c; /* sum((i_d - mean) c) [A] */
 } inductance_sums_t;
 
-/* The component of i_q with the wave and a quarter of a cycle ahead, and the current
- * that opposes it in the next cycle. */
+/* The components of i_q in step with the wave and a quarter of a cycle ahead, and the current that opposes
+ * both in the next cycle. */
 typedef struct {
     float s;         /* sum((i_q - mean) s) [A] */
     float c;         /* sum((i_q - mean) c) [A] */

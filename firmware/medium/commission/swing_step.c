@@ -245,8 +245,8 @@ static commission_verdict_t conclude(swing_step_t *step, const commission_input_
     return commission_finished();
 }
 
-/* Psi_m of the rotor at rest. A salient rotor is assumed to lie on the axis. The Psi_m from the last motion,
- * `shown`, would carry its errors into the next motion, where they turn the active flux. */
+/* Psi_m of the rotor at rest. A salient rotor is assumed to lie on the axis: the errors of `shown`, the Psi_m
+ * from the last motion, would turn the active flux in the next motion. */
 static ab_t begins_at(const swing_step_t *step, const commission_results_t *results, ab_t shown, float psi)
 {
     if (results->inductance_q < SALIENT_FROM * results->inductance_d) {

@@ -137,7 +137,7 @@ def _shared_object(path):
         library = c.CDLL(os.path.abspath(path))
         create, step, free = library.estimator_create, library.estimator_step, library.estimator_free
     except (OSError, AttributeError) as error:
-        raise Error(f"{path}: {error}; accepted is a shared object with the functions of {_FOLDER / 'lagless_bench.h'}", "estimator") \
+        raise Error(f"{path}: {error}; accepted: a shared object with the functions of {_FOLDER / 'lagless_bench.h'}", "estimator") \
             from None
     create.restype, create.argtypes = c.c_void_p, [c.POINTER(_Struct)]
     step.restype, step.argtypes = c.c_double, [c.c_void_p] + 4 * [c.c_double]
@@ -163,7 +163,7 @@ def _angles(estimator, motor, result, name):
     """The estimator's angle at each sample [rad]."""
     step = estimator(motor)
     if not callable(step):
-        raise Error(f"estimator(motor) returned {type(step).__name__}; accepted is a function step(u, i) that returns the angle [rad]",
+        raise Error(f"estimator(motor) returned {type(step).__name__}; accepted: a function step(u, i) that returns the angle [rad]",
                     "estimator")
     u = (result.u_alpha.astype(float) + 1j * result.u_beta).tolist()
     i = (result.i_alpha.astype(float) + 1j * result.i_beta).tolist()
@@ -172,10 +172,10 @@ def _angles(estimator, motor, result, name):
         angles = np.array(angles, dtype=float)
         assert angles.ndim == 1
     except (TypeError, ValueError, AssertionError):
-        raise Error(f"{name}: step(u, i) returned {angles[0]!r}; accepted is one number, the angle [rad]", "estimator") from None
+        raise Error(f"{name}: step(u, i) returned {angles[0]!r}; accepted: one number, the angle [rad]", "estimator") from None
     wrong = np.flatnonzero(~np.isfinite(angles))
     if len(wrong):
-        raise Error(f"{name}: step(u, i) returned {angles[wrong[0]]} at {result.t[wrong[0]]:.4f} s; accepted are finite angles [rad]",
+        raise Error(f"{name}: step(u, i) returned {angles[wrong[0]]} at {result.t[wrong[0]]:.4f} s; accepted: finite angles [rad]",
                     "estimator")
     return angles
 
@@ -240,7 +240,7 @@ def bench(estimator, only=None, progress=None):
     if isinstance(estimator, (str, os.PathLike)):
         estimator = _shared_object(os.fspath(estimator))
     elif not callable(estimator):
-        raise Error(f"estimator = {estimator!r}: accepted are a function or class that takes a Motor, and the path of a shared object",
+        raise Error(f"estimator = {estimator!r}: accepted: a function or class that takes a Motor, and the path of a shared object",
                     "estimator")
     chosen = [case for case in cases() if only is None or only in case.name]
     if not chosen:

@@ -59,7 +59,7 @@ def _struct(runs, seed, seconds, shard, shards, threads, keep=None):
     numbers = {"runs": runs, "seed": seed, "shards": shards, "threads": threads}
     for name, value in numbers.items():
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**31:
-            raise Error(f"{name} = {value!r}: accepted are whole numbers from 0", name)
+            raise Error(f"{name} = {value!r}: accepted: whole numbers from 0", name)
     return _Struct(seed, float(seconds), runs, shard, shards, threads, keep or Keep())
 
 

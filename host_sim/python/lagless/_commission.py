@@ -110,7 +110,7 @@ def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=N
         field, factor, of = _PLATE[key]
         number = factor * row(of).number(value)
         if not 0 < number < math.inf:
-            raise Error(f"plate: {key} = {value!r}: accepted are positive values", key)
+            raise Error(f"plate: {key} = {value!r}: accepted: positive values", key)
         setattr(how.plate, field, number)
     if steps is not None:
         chosen = [steps] if isinstance(steps, str) else list(steps)
@@ -123,7 +123,7 @@ def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=N
     if link is not None:
         how.link = row("plant.dc_voltage").number(link)
         if not 0 < how.link < math.inf:
-            raise Error(f"link = {link!r}: accepted are positive voltages", "link")
+            raise Error(f"link = {link!r}: accepted: positive voltages", "link")
     how.direction, how.turns = (_answer(question, (answers or {}).get(question)) for question in ("direction", "turn"))
     for question in answers or {}:
         _answer(question, answers[question])

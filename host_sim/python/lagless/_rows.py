@@ -45,7 +45,7 @@ class Row:
         try:
             return float(value)
         except (TypeError, ValueError):
-            raise Error(f"{self.key} = {value!r}: accepted are numbers and text with a unit", self.key) from None
+            raise Error(f"{self.key} = {value!r}: accepted: numbers and text with a unit", self.key) from None
 
     def value(self, number):
         """The value that a number of the library represents: the choice's name, a whole number, or a float."""

@@ -73,6 +73,16 @@ return {begin: record.begin, end: record.end, zero: record.zero, first: record.s
         speed_at_first: speed[0], speed_least: Math.min(...speed), held: scope.state.held}"""
 
 
+# Fields of parameters that clip a number.
+CLIPPED = """
+return [...document.querySelectorAll('.param .entry input')].filter(each => each.offsetWidth).filter(each => {
+    const before = each.value;
+    each.value = '0.04591683';
+    const clips = each.scrollWidth > each.clientWidth;
+    each.value = before;
+    return clips;
+}).map(each => each.closest('.param').dataset.name)"""
+
 # Old values with less contrast than WCAG 2.1 requires of large text, 3 : 1, on the card behind them.
 FAINT = """
 const light = parts => parts.slice(0, 3).map(p => p / 255).map(p => p <= 0.04045 ? p / 12.92 : ((p + 0.055) / 1.055) ** 2.4)
@@ -291,6 +301,7 @@ class Bench:
                 expect(hit, True, f"STOP in reach, {width} px wide, {top} px down")
                 self.shoot(f"width_{width}_{top}")
             page_fits(self.browser)
+            expect(self.run(CLIPPED), [], f"fields that clip a number of seven digits, {width} px wide")
         self.browser.size(1400, 1000)
         self.run("scrollTo({top: 0, behavior: 'instant'})")
 

@@ -269,6 +269,10 @@ class Scope(command_line.TestCase):
         self.process, line = self.start("scope", target, "--http", "0", "--no-browser")
         return line.split()[-1]
 
+    def test_the_port_of_the_page_has_the_option_of_serve_too(self):
+        line = self.start("scope", self.serve("--port", "0"), "--port", "0", "--no-browser")[1]
+        self.assertRegex(line, r" shown at http://127\.0\.0\.1:\d+/[0-9a-f]{32}/$")
+
     def test_wrong_use_is_refused(self):
         target = self.serve("--port", "0")
         self.assertIn("no target is given", self.refused(2))

@@ -203,7 +203,7 @@
 #define NO_CURRENT       "with the encoder the bare motor needs almost no current: the fault has no effect"
 #define RISES_SLOWLY     "with the encoder the current rises from zero as the speed control commands it"
 #define SHOWS_IN_CHANGES "a gain error is visible only where the current changes fast; with a steady current the dead time hides it, and it does no harm below the limit"
-#define HIDES_IN_DEAD_TIME "while current flows, 2 A cause 1.9 V at R, which the dead time hides; with the bridge off they are visible"
+#define HIDES_IN_DEAD_TIME "while current flows, an offset of 2 A changes R i by 1.9 V, which the dead time hides; with the bridge off it is visible"
 #define CONTRADICTS      "a leg with a wrong current sign compensates its dead time in the wrong direction, and the EMF contradicts the encoder: the drive cannot decide which of the two is wrong"
 #define BY_THE_BACKGROUND "the background checks the memory piece by piece"
 #define HELD_BY_DEAD_TIME "the bare motor needs 0.05 A, and dead time and voltage drops, 8 V a leg, keep so small a current at zero: the fault is visible only when more current is commanded"

@@ -52,8 +52,8 @@ double interval_load(const plant_t *plant);
 /* Open-circuit voltage of the link's source [V], `ahead` [s] from now. */
 double interval_source(const plant_t *plant, double ahead);
 
-/* Pole voltage [V] of a leg under one law at this current [A]; *share is the part of the current the link
- * gives [-]. */
+/* Pole voltage [V] of a leg with this current [A] while this law holds; *share is the part of the current
+ * that comes from the link [-]. */
 double interval_pole(const plant_t *plant, const plant_law_t *law, double i, double *share);
 
 /* Its mean [V] while the current changes linearly from x to y [A]. */

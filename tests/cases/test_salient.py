@@ -20,7 +20,7 @@ def lagless(*arguments):
 class Salient(unittest.TestCase):
     def assert_refused(self, done, inductance_q, inductance_d, *fragments):
         self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
-        for fragment in (f"motor_inductance_q: {inductance_q} H: accepted ", REASON, f"with motor_inductance_d = {inductance_d} H", *fragments):
+        for fragment in (f"motor_inductance_q: {inductance_q} H: accepted: ", REASON, f"with motor_inductance_d = {inductance_d} H", *fragments):
             self.assertIn(fragment, done.stderr)
 
     def test_the_ratio_decides(self):

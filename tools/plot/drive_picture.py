@@ -181,7 +181,7 @@ def fingerprint(title, drawn, events):
 
 
 def save(base, title, drawn, events, formats):
-    """Writes base.png, base.svg as wanted; the octets of the PNG. The same octets each time."""
+    """Writes the files that are required of base.png and base.svg, and returns the octets of the PNG, which are the same for the same picture."""
     figure = draw(title, drawn, events)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", metadata={"Software": None, "Description": fingerprint(title, drawn, events)})

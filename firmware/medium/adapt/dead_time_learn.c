@@ -146,10 +146,8 @@ static void use(dead_time_learn_t *learn)
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const float share = learn->rate * tuning->per_rate;
     const float chance = DEAD_TIME_LEARN_CHANCE * tuning->band * share * inverse_root(share);
-    const float doubt = DEAD_TIME_LEARN_RIPPLE * tuning->band * learn->ripple;
     const bool differs = !bounds_within(learn->learnt - tuning->effective, chance);
-    learn->effective = !differs ? tuning->effective
-                                : learn->learnt + bounds_clamp(tuning->effective - learn->learnt, doubt);
+    learn->effective = differs ? learn->learnt : tuning->effective;
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -178,9 +176,7 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     learn->seen = time;
     const float seen = across * twelfth(along) * learn->way * per_volt;
     const float missed = (1.0f / (ALONG * POWER)) * seen;
-    const float follows = learn->rate * time;
-    const float wanted = learn->learnt + follows * (learn->effective + missed - learn->learnt);
-    learn->ripple += follows * (RIPPLE - learn->ripple);
+    const float wanted = learn->learnt + learn->rate * time * (learn->effective + missed - learn->learnt);
     learn->rate = gain_step(learn->rate, tuning->rate, time);
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->learnt = wanted;

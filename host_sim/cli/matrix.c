@@ -303,7 +303,8 @@ static void print_cell(FILE *file, const matrix_cell_t *cell)
     fprintf(file, "{\"cell\": ");
     json_text(file, matrix_cell_name(text, cell));
     print_text(file, "fault", matrix_faults[cell->fault].name);
-    print_text(file, "manoeuvre", cell->user != NULL ? matrix_scenario : matrix_manoeuvres[cell->manoeuvre].name);
+    print_text(file, "manoeuvre",
+               cell->user != NULL ? matrix_scenario : matrix_manoeuvres[cell->manoeuvre].name);
     print_text(file, "source", matrix_source_name(cell->place));
     if (cell->user == NULL) {
         print_text(file, "shaft", matrix_shaft_name(cell->place));

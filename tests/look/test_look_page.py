@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
-from test_browser import (CANVASES, CUT, SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for,  # noqa: E402
+from test_browser import (CANVASES, CUT, RGB, SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for,  # noqa: E402
                           page_fits)
 
 WIDTHS = (1400, 390)
@@ -145,14 +145,7 @@ def check_cursor(seen):
 
 
 # For each tenth of a panel in which a trace has values within the axis: the pixels in the colour of such a trace, if they are few.
-GAPS = """
-const rgb = text => {
-    const context = new OffscreenCanvas(1, 1).getContext('2d', {willReadFrequently: true});
-    context.fillStyle = text;
-    context.fillRect(0, 0, 1, 1);
-    return [...context.getImageData(0, 0, 1, 1).data];
-};
-return [...document.querySelectorAll('.plots')].flatMap(host => (host.plots || []).flatMap((plot, index) => {
+GAPS = RGB + """return [...document.querySelectorAll('.plots')].flatMap(host => (host.plots || []).flatMap((plot, index) => {
     if (JSON.parse(host.querySelector('script').textContent).panels[index].kind === 'bands') return [];
     const {left, top, width, height} = plot.bbox;
     const copy = new OffscreenCanvas(width, height).getContext('2d', {willReadFrequently: true});

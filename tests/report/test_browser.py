@@ -32,15 +32,18 @@ return [...document.querySelectorAll('.plots')].filter(host => {
     return box.bottom > 0 && box.top < innerHeight && !['ready', 'failed'].includes(host.dataset.state);
 }).length"""
 
-# The canvases in the viewport, each with the number of its pixels in the colour of one of its traces.
-CANVASES = """
+# A function of JavaScript: the red, green, blue and opacity of a colour that is given as CSS text.
+RGB = """
 const rgb = text => {
     const context = new OffscreenCanvas(1, 1).getContext('2d', {willReadFrequently: true});
     context.fillStyle = text;
     context.fillRect(0, 0, 1, 1);
     return [...context.getImageData(0, 0, 1, 1).data];
 };
-return [...document.querySelectorAll('.plots')].flatMap(host => (host.plots || []).map((plot, index) => {
+"""
+
+# The canvases in the viewport, each with the number of its pixels in the colour of one of its traces.
+CANVASES = RGB + """return [...document.querySelectorAll('.plots')].flatMap(host => (host.plots || []).map((plot, index) => {
     const canvas = plot.ctx.canvas, box = canvas.getBoundingClientRect();
     if (box.bottom <= 0 || box.top >= innerHeight) return null;
     const colours = plot.series.slice(1).map((series, k) => rgb(series.stroke(plot, k + 1)));

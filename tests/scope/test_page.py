@@ -15,7 +15,7 @@ import time
 
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parent.parent / "report"), str(pathlib.Path(__file__).resolve().parent.parent)]
 import stuck  # noqa: E402
-from test_browser import SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for, page_fits  # noqa: E402
+from test_browser import RGB, SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for, page_fits  # noqa: E402
 
 SCRIPTS_MAX = 0.5  # share of a processor with six signals; the other half is for the layout and painting of Chromium
 RPM = 30 / 3.141592653589793
@@ -33,14 +33,7 @@ plant.load_torque = "%g N m"
 """
 
 # Pixels in the colour of a trace, for each panel.
-TRACES = """
-const rgb = text => {
-    const context = new OffscreenCanvas(1, 1).getContext('2d', {willReadFrequently: true});
-    context.fillStyle = text;
-    context.fillRect(0, 0, 1, 1);
-    return [...context.getImageData(0, 0, 1, 1).data];
-};
-return scope.panels().map(({plot}) => {
+TRACES = RGB + """return scope.panels().map(({plot}) => {
     const colours = plot.series.slice(1).map((series, k) => rgb(series.stroke(plot, k + 1)));
     const {left, top, width, height} = plot.bbox;
     const copy = new OffscreenCanvas(width, height).getContext('2d', {willReadFrequently: true});

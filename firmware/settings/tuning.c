@@ -367,6 +367,8 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .flux_linkage = params->motor_flux_linkage,
         .inertia = params->motor_inertia,
         .loop_gain = params->current_bandwidth * DRIVE_PERIOD,
+        /* the dead time delays one of the edges */
+        .edge_delay = 0.5f * (params->dead_time + params->turn_on_delay + params->turn_off_delay),
     };
     const link_limit_params_t limit = {
         .overvoltage = params->dc_overvoltage,

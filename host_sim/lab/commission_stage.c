@@ -84,7 +84,8 @@ static motor_t motor_so_far(const commission_work_t *work)
 }
 
 /* The delays with which the model of the inverter has the measured loss at this link voltage, and the
- * measured zone. */
+ * measured zone. The loss shows the difference of the two delays; the turn-off delay stays that of the board,
+ * because the step `inductance` also needs their sum. */
 static bool stage_dead_time(commission_work_t *work)
 {
     const double lost = work->result->dead_voltage.value;
@@ -93,14 +94,15 @@ static bool stage_dead_time(commission_work_t *work)
     }
     const double drop = commission_value(work, "device_drop");
     const double effective = (lost - drop) * RIG_PERIOD_SECONDS / work->link;
-    const double delay = effective - commission_value(work, "params.dead_time");
+    const double off = commission_value(work, "params.turn_off_delay");
+    const double delay = effective - commission_value(work, "params.dead_time") + off;
     const table_row_t *on = rig_row_by_name("params.turn_on_delay");
     const double most = rig_max(on);
     const table_row_t *zone = rig_row_by_name("params.current_zone");
     const double width = fmin(fmax(work->result->current_zone.value, rig_min(zone)), rig_max(zone));
     return work->drive->put(work->drive->context, zone, width) &&
            commission_put(work, "params.turn_on_delay", fmin(fmax(delay, 0.0), most)) &&
-           commission_put(work, "params.turn_off_delay", fmin(fmax(-delay, 0.0), most));
+           commission_put(work, "params.turn_off_delay", fmin(off + fmax(-delay, 0.0), most));
 }
 
 /* A row of tune. */

@@ -199,7 +199,7 @@ static void test_sine_solve_refuses_sums_of_no_winding(void)
 {
     const rotation_t turn = {0.3f, 0.95f};
     const sine_sum_t none = {0.0f, 0.0f}, one = {1.0f, 0.0f}, against = {-1.0f, 0.1f};
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(none, one, turn, (float)PERIOD));
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(one, none, turn, (float)PERIOD));
-    TEST_ASSERT_FALSE(sine_solve(against, one, turn, (float)PERIOD) > 0.0f);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(none, one, turn, &TUNING));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(one, none, turn, &TUNING));
+    TEST_ASSERT_FALSE(sine_solve(against, one, turn, &TUNING) > 0.0f);
 }

@@ -140,7 +140,7 @@ static commission_verdict_t next(angle_step_t *step, const commission_tuning_t *
                                  const commission_input_t *input, excite_order_t *order,
                                  commission_results_t *results)
 {
-    const float inductance = sine_solve(step->voltage, step->current, trig_turn(order->turn), tuning->period);
+    const float inductance = sine_solve(step->voltage, step->current, trig_turn(order->turn), tuning);
     if (!(inductance > 0.0f)) {
         return commission_failed(COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE, 0);
     }

@@ -111,6 +111,7 @@ typedef struct {
     float flux_linkage; /* [Wb] */
     float inertia;      /* [kg m^2] */
     float loop_gain;    /* K_0 of the current loop: its bandwidth times T [-] */
+    float edge_delay;   /* mean delay of the two edges of a leg after their commands [s] */
 } commission_tuning_t;
 
 /* The results; 0: not measured yet. */

@@ -68,7 +68,7 @@ void sine_step_begin(sine_step_t *step)
     *step = (sine_step_t){.phase = (int32_t)SINE_BEGIN};
 }
 
-float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float period)
+float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, const commission_tuning_t *tuning)
 {
     const sine_sum_t before = {turn.cos * current.re + turn.sin * current.im,
                                turn.cos * current.im - turn.sin * current.re};
@@ -78,13 +78,14 @@ float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float 
     }
     const float a = (current.re * voltage.im - current.im * voltage.re) / det;
     const float b = (before.re * current.im - before.im * current.re) / det;
-    const float x = 1.0f - a;
-    if (!(b > 0.0f)) {
+    const float root = root_or_none(a);
+    if (!(b > 0.0f && root > 0.0f)) {
         return 0.0f;
     }
-    /* x/(-ln(1 - x)); the next term is below 1e-3 for L/R of two periods */
-    const float share = 1.0f - x * (0.5f + x * (1.0f / 12.0f + x * (1.0f / 24.0f + x * (19.0f / 720.0f))));
-    return period / b * share;
+    /* r = R T/L = -ln a = 2 artanh y; what the series leave out is below 1e-4 for L/R of two periods */
+    const float y = (1.0f - a) / (1.0f + a);
+    const float r = y * (2.0f + y * y * (2.0f / 3.0f + y * y * 0.4f));
+    return (tuning->period + tuning->edge_delay * r) / b * root * (1.0f + r * r * (1.0f / 32.0f));
 }
 
 /* 1/(L_q I_s)^2 [1/Wb^2] from L and the amplitude of the flux of two runs, the second with more flux. Not
@@ -282,7 +283,7 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
         return commission_goes_on();
     }
     const rotation_t turn = trig_turn(step->turn[step->run]);
-    const float inductance = sine_solve(step->voltage, step->along, turn, tuning->period);
+    const float inductance = sine_solve(step->voltage, step->along, turn, tuning);
     if (!(inductance > 0.0f)) {
         return commission_failed(COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE, 0);
     }

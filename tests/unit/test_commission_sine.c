@@ -54,7 +54,7 @@ static void answer_sine(bench_t *bench, const winding_t *winding)
     bench->seen.current_sin = (dq_t){(float)-cimag(along_d), (float)-cimag(along_q)};
 }
 
-static int32_t inductance_of(bench_t *bench, const winding_t *winding)
+static void begin_inductance(bench_t *bench, const winding_t *winding)
 {
     commission_init(&bench->commission, &TUNING);
     bench->commission.results.noise = (float)winding->noise;
@@ -64,6 +64,11 @@ static int32_t inductance_of(bench_t *bench, const winding_t *winding)
     bench->commission.results.current_hold = TUNING.current_hold;
     bench->seen = (excite_seen_t){.serial = 0u};
     order_step(bench, &TUNING, COMMISSION_INDUCTANCE);
+}
+
+static int32_t inductance_of(bench_t *bench, const winding_t *winding)
+{
+    begin_inductance(bench, winding);
     while (bench->commission.state < (int32_t)COMMISSION_DONE) {
         answer_sine(bench, winding);
         order_step(bench, &TUNING, COMMISSION_INDUCTANCE);
@@ -192,6 +197,40 @@ static void test_inductance_ends_with_the_reason_of_its_winding(void)
         bench_t bench;
         TEST_ASSERT_EQUAL_INT32_MESSAGE(rows[n].reason, inductance_of(&bench, &rows[n].winding),
                                         rows[n].name);
+    }
+}
+
+#define RUNS 7
+
+/* The errors that the steps of a converter cause in the amplitude of a sine about the current c, in steps,
+ * are sums of cos(2 pi n c) and sin(2 pi n c). In each run the current of phase a, and half of it in b and c,
+ * passes through whole steps, so that these means are zero: those of phase b for n = 1 and 2 are those of
+ * phase a for n = 1/2 and 1. A step is a third of the largest noise. The windows before the sums begin, 0.08
+ * s, are left out. */
+static void test_standing_current_passes_through_whole_steps_of_the_converter_in_each_run(void)
+{
+    const double a_step = (double)TUNING.noise_max / 3.0;
+    const winding_t winding = {.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .noise = 0.01};
+    double complex sums[RUNS][2] = {{0.0}};
+    uint32_t windows[RUNS] = {0u}, summed[RUNS] = {0u};
+    bench_t bench;
+    begin_inductance(&bench, &winding);
+    while (bench.commission.state < (int32_t)COMMISSION_DONE) {
+        const sine_step_t *step = &bench.commission.work.sine;
+        const uint32_t run = step->run;
+        if (step->phase == (int32_t)SINE_RUNS && ++windows[run] > 101u) {
+            const double turn = 2.0 * PI * (double)bench.commission.order.current / a_step;
+            sums[run][0] += cexp(IM * 0.5 * turn);
+            sums[run][1] += cexp(IM * turn);
+            summed[run]++;
+        }
+        answer_sine(&bench, &winding);
+        order_step(&bench, &TUNING, COMMISSION_INDUCTANCE);
+    }
+    for (int run = 0; run < RUNS; run++) {
+        TEST_ASSERT_GREATER_THAN_UINT32(100u, summed[run]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.0, cabs(sums[run][0]) / summed[run]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.0, cabs(sums[run][1]) / summed[run]);
     }
 }
 

@@ -338,19 +338,8 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
     tuning->fast.still_watch = still_watch_prepare(&still);
 }
 
-static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
+static void prepare_commission(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
-    const thermal_params_t thermal = {
-        .current_max = params->current_limit,
-        .motor_continuous = params->motor_current_continuous,
-        .motor_time = params->motor_time_constant,
-        .module_continuous = params->module_current_continuous,
-        .module_time = params->module_time_constant,
-        .sink_hot = params->sink_temperature_max,
-        .motor_hot = params->motor_temperature_max,
-        .period = DRIVE_WINDOW_PERIOD,
-    };
-    tuning->medium.thermal = thermal_prepare(&thermal);
     tuning->medium.commission = (commission_tuning_t){
         .current_max = params->current_limit,
         .current_hold = params->motor_current_continuous > 0.0f ? params->motor_current_continuous
@@ -370,6 +359,21 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         /* the dead time delays one of the edges */
         .edge_delay = 0.5f * (params->dead_time + params->turn_on_delay + params->turn_off_delay),
     };
+}
+
+static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
+{
+    const thermal_params_t thermal = {
+        .current_max = params->current_limit,
+        .motor_continuous = params->motor_current_continuous,
+        .motor_time = params->motor_time_constant,
+        .module_continuous = params->module_current_continuous,
+        .module_time = params->module_time_constant,
+        .sink_hot = params->sink_temperature_max,
+        .motor_hot = params->motor_temperature_max,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+    tuning->medium.thermal = thermal_prepare(&thermal);
     const link_limit_params_t limit = {
         .overvoltage = params->dc_overvoltage,
         .undervoltage = params->dc_undervoltage,
@@ -460,6 +464,7 @@ void drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed
     prepare_control(tuning, params, assumed);
     prepare_motion(tuning, params, assumed);
     prepare_current_watch(tuning, params);
+    prepare_commission(tuning, params, assumed);
     prepare_limits(tuning, params, assumed);
     prepare_outputs(tuning, params, assumed);
     tuning->medium.in_force = params_in_force(params, assumed);

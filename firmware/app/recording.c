@@ -70,7 +70,7 @@ static void copy_slots(uint32_t *slots, const void *base, uint32_t from, uint32_
 static bool is_settled(const drive_t *drive)
 {
     return now_of(&drive->done) == now_of(&drive->handed) && now_of(&drive->offered) == 0u &&
-           drive->taken == 0u && drive->opens == (int32_t)REASON_NONE;
+           now_of(&drive->in_force) == drive->medium_has && drive->opens == (int32_t)REASON_NONE;
 }
 
 /* Copies the data that the sample interrupt writes, between two samples. false: a sample interrupted every

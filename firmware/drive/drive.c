@@ -59,35 +59,41 @@ static fast_orders_t orders_of(const drive_t *drive)
     return (fast_orders_t){&drive->tunings[drive->in_force].fast, &drive->setpoints[drive->acting]};
 }
 
-/* The end of a window, at which the medium task does not run if it is in time. The fast task takes over an
- * offered tuning, and the setpoint of the previous window acts from the next period on. The previous tuning
- * stays unchanged until the medium task has begun, which is before the background continues. If the setpoint
- * is not ready, the last one continues to act, and the medium task keeps the window that it reads. A tuning
- * that is offered waits while the next setpoint begins a manoeuvre, because both make the next period long.
- * true: the medium task has a new window. */
-static bool turn_window(drive_t *drive, const fast_orders_t *before, uint32_t encoder_count)
+/* The end of a window, at which the medium task does not run if it is in time. The setpoint of the previous
+ * window acts from the next period on, and the medium task begins with the tuning that the fast task has. If
+ * the setpoint is not ready, the last one continues to act, and the medium task keeps the window that it
+ * reads. true: the medium task has a new window. */
+static bool turn_window(drive_t *drive, const setpoint_t *before)
 {
     if (drive->done != drive->handed) {
         fast_miss(&drive->fast);
         return false;
     }
-    fast_close(&drive->fast, before->setpoint, &drive->window);
+    fast_close(&drive->fast, before, &drive->window);
     drive->acting ^= 1u;
-    if (drive->offered != 0u && !setpoint_begins(&drive->setpoints[drive->acting])) {
-        drive->in_force ^= 1u;
-        drive->taken = 1u;
-        drive->offered = 0u;
-    }
+    drive->medium_in_force = drive->in_force;
     show(drive);
     drive->opens = (int32_t)REASON_NONE;
-    const fast_orders_t orders = orders_of(drive);
-    fast_turn(&drive->fast, &orders, before, encoder_count);
+    fast_turn(&drive->fast, &drive->setpoints[drive->acting], before);
     drive->handed++;
     return true;
 }
 
+/* The fast task takes over an offered tuning. The medium task begins its present window with the previous
+ * one, and finishes it before the background continues, which then has the previous tuning. */
+static void turn_tuning(drive_t *drive)
+{
+    const fast_tuning_t *before = &drive->tunings[drive->in_force].fast;
+    drive->in_force ^= 1u;
+    drive->offered = 0u;
+    fast_take_tuning(&drive->fast, orders_of(drive), before);
+}
+
 bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
+    if (drive->offered != 0u && fast_may_tune(&drive->fast)) {
+        turn_tuning(drive);
+    }
     const fast_orders_t orders = orders_of(drive);
     fast_step(&drive->fast, orders, samples, drive->opens, command);
     if (drive->fast.report.stop.reason != (int32_t)REASON_NONE && !is_shown(drive)) {
@@ -95,7 +101,7 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     } else if (drive->opens != (int32_t)REASON_NONE) {
         show_fault(drive, &drive->medium.fault);
     }
-    const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, &orders, samples->encoder);
+    const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, orders.setpoint);
     if (drive->record.on != 0u) { /* if a window is handed over now, the medium task was ready */
         record_step(&drive->record, samples->codes, due || drive->done == drive->handed, command);
     }
@@ -106,10 +112,10 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
 void drive_medium_step(drive_t *drive)
 {
     const bool was_fault = drive->medium.sequence.state == (int32_t)DRIVE_FAULT;
-    const medium_tuning_t *tuning = &drive->tunings[drive->in_force].medium;
-    if (drive->taken != 0u) {
+    const medium_tuning_t *tuning = &drive->tunings[drive->medium_in_force].medium;
+    if (drive->medium_has != drive->medium_in_force) {
         medium_set_tuning(&drive->medium, tuning);
-        drive->taken = 0u;
+        drive->medium_has = drive->medium_in_force;
     }
     medium_step(&drive->medium, tuning, &drive->window, &drive->requests);
     drive->setpoints[drive->acting ^ 1u] = drive->medium.setpoint;
@@ -129,6 +135,8 @@ void drive_medium_took(drive_t *drive, uint32_t cycles)
 /* Both tasks start with the active tuning. */
 static void start(drive_t *drive)
 {
+    drive->medium_in_force = drive->in_force;
+    drive->medium_has = drive->in_force;
     medium_init(&drive->medium, &drive->tunings[drive->in_force].medium);
     drive->setpoints[0] = drive->medium.setpoint;
     drive->setpoints[1] = drive->medium.setpoint;

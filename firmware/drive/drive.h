@@ -21,8 +21,8 @@
  * the frame that the setpoint names.
  *
  * Parameters change by a swap of two tunings: one is active, and the background prepares a new set in the
- * other and offers it. At the end of a window the fast task changes one index, and the previous tuning
- * becomes idle. */
+ * other and offers it. In the second period of a window the fast task changes one index, the medium task
+ * follows with its next window, and the previous tuning becomes idle. */
 #ifndef DRIVE_DRIVE_H
 #define DRIVE_DRIVE_H
 
@@ -75,9 +75,10 @@ typedef struct {
 
     /* inputs */
     requests_t requests;
-    uint32_t offered;  /* [-] 1: the background offers a tuning, taken over at the end of the window */
-    uint32_t taken;    /* [-] 1: the medium task has not used the active tuning yet */
-    uint32_t in_force; /* [-] index of the active tuning, by the fast task */
+    uint32_t offered;         /* [-] 1: the background offers a tuning */
+    uint32_t in_force;        /* [-] index of the active tuning, by the fast task */
+    uint32_t medium_in_force; /* [-] the same at the end of the last window, for the medium task */
+    uint32_t medium_has;      /* [-] index of the tuning that the medium task has taken over */
 
     drive_tuning_t tunings[2]; /* all before this one is the state that a replay begins with */
 
@@ -95,10 +96,9 @@ static inline drive_tuning_t *drive_idle_tuning(drive_t *drive)
     return &drive->tunings[drive->in_force ^ 1u];
 }
 
-/* Called between two periods: the tuning that the background has prepared in drive_idle_tuning() is taken
- * over at the end of the present window, or at the end of the next one if a manoeuvre begins between them.
- * The states of control are kept, so a running drive continues without
- * a step. An offered tuning must not be written: call drive_withdraw() first. */
+/* Called between two periods: the fast task takes over the tuning that the background has prepared in
+ * drive_idle_tuning() in the next second period of a window, and the medium task with its next window. The
+ * states of control are kept, so a running drive continues without a step. An offered tuning must not be written: call drive_withdraw() first. */
 void drive_offer(drive_t *drive);
 void drive_withdraw(drive_t *drive);
 

@@ -64,20 +64,15 @@ static void limit(fast_t *fast, const setpoint_t *setpoint)
     fast->bounds.upper = backwards ? braking : driving;
 }
 
-void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before, uint32_t encoder_count)
+void fast_turn(fast_t *fast, const setpoint_t *setpoint, const setpoint_t *before)
 {
-    const setpoint_t *setpoint = orders->setpoint;
     fast->given.late = 0u;
     fast->given.overdue = 0u;
-    fast->given.fresh = FAST_FRESH_SETPOINT;
-    if (orders->tuning != before->tuning) {
-        fast->given.fresh |= FAST_FRESH_TUNING;
-        encoder_take(&fast->encoder, &before->tuning->encoder, &orders->tuning->encoder, encoder_count);
-    }
+    fast->given.fresh = 1u;
     if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->bridge.open_since) >= 0) {
         fast->bridge.open = 0u;
     }
-    if (setpoint->calibrate != before->setpoint->calibrate) {
+    if (setpoint->calibrate != before->calibrate) {
         fast->report.calibration = (int32_t)CALIBRATION_GOES_ON;
         if (setpoint->calibrate == (int32_t)CALIBRATE_NOT) {
             measure_begin_calibration(&fast->measure);
@@ -96,14 +91,12 @@ static uint32_t permitted(const fast_bridge_t *bridge, const setpoint_t *setpoin
     return judged ? setpoint->outputs & ~DRIVE_OUTPUT_BRAKE : 0u;
 }
 
-/* The first period of a window takes over the new setpoint and the new tuning. */
+/* The first period of a window takes over the new setpoint, and begins the sums. */
 static void begin_window(fast_t *fast, fast_orders_t orders)
 {
     const setpoint_t *setpoint = orders.setpoint;
-    if ((fast->given.fresh & FAST_FRESH_TUNING) != 0u) {
-        set_tuning(fast, orders.tuning);
-    }
     fast->given.fresh = 0u;
+    fast_begin_sums(&fast->sum);
     reference_take(&fast->reference, &orders.tuning->reference, setpoint);
     set_models(fast, orders);
     fast->link.sunk = setpoint->link.sunk;
@@ -113,6 +106,14 @@ static void begin_window(fast_t *fast, fast_orders_t orders)
     if (!later) {
         limit(fast, setpoint);
     }
+}
+
+void fast_take_tuning(fast_t *fast, fast_orders_t orders, const fast_tuning_t *before)
+{
+    encoder_take(&fast->encoder, &before->encoder, &orders.tuning->encoder,
+                 fast->measure.measured.encoder_count);
+    set_tuning(fast, orders.tuning);
+    set_models(fast, orders);
 }
 
 /* ---- where the rotor is ---- */

@@ -30,10 +30,6 @@
 /* [periods] from the first duties until the bridge is on and the samples show it. */
 #define FAST_ON 4u
 
-/* Bits: what is new in the first period of a window. */
-#define FAST_FRESH_SETPOINT UINT32_C(1)
-#define FAST_FRESH_TUNING   UINT32_C(2)
-
 /* [windows] without a new setpoint after which the bridge opens. In the first window without one, the last
  * setpoint continues to act. */
 #define FAST_LATE_WINDOWS 2u
@@ -99,7 +95,7 @@ typedef struct {
 
 /* Data from the medium task. */
 typedef struct {
-    uint32_t fresh;   /* [-] FAST_FRESH_... bits for the next period */
+    uint32_t fresh;   /* [-] 1: the next period is the first one of a setpoint */
     uint32_t late;    /* [windows] consecutive, without a new setpoint */
     uint32_t overdue; /* [-] 1: `late` has reached FAST_LATE_WINDOWS */
 } fast_given_t;
@@ -152,7 +148,8 @@ typedef struct {
     fast_report_t report;
 } fast_t;
 
-/* Tuning and setpoint of a period; both change only at the end of a window. */
+/* Tuning and setpoint of a period. Each change of them has a period of its own: the first one of a window
+ * takes over the setpoint, the second one a tuning, and the last one closes the window. */
 typedef struct {
     const fast_tuning_t *tuning;
     const setpoint_t *setpoint;
@@ -161,12 +158,19 @@ typedef struct {
 /* Clears all state and sets these orders. */
 void fast_init(fast_t *fast, fast_orders_t orders);
 
-/* The end of a window: the next period begins with orders that differ from `before`. The next period itself
- * takes them over, because this period has already closed a window. This function only does the work that
- * needs the previous orders, or that must be done before a possible trip. `encoder_count` is that of the
- * newest sample. */
-void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before,
-               uint32_t encoder_count);
+/* The end of a window: the next period begins with another setpoint than `before`. The next period itself
+ * takes it over, because this period has already closed a window. This function only does the work that
+ * needs the previous setpoint, or that must be done before a possible trip. */
+void fast_turn(fast_t *fast, const setpoint_t *setpoint, const setpoint_t *before);
+
+/* true: the next period is the second one of a window whose setpoint was in time. */
+static inline bool fast_may_tune(const fast_t *fast)
+{
+    return fast->sum.periods == 1u && fast->given.late == 0u;
+}
+
+/* Continues with the tuning of these orders in place of `before`. */
+void fast_take_tuning(fast_t *fast, fast_orders_t orders, const fast_tuning_t *before);
 
 /* One period. `opens` [-] is a reason_t that the medium task has found since its last setpoint: if it is not
  * REASON_NONE, the bridge opens at once. The run time is bounded and no libm function is used. Observer and
@@ -174,7 +178,7 @@ void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *b
 void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples, int32_t opens,
                drive_command_t *command);
 
-/* The last period of a window: writes its `window` for this setpoint and begins the next window. */
+/* The last period of a window: writes its `window` for this setpoint. fast_turn() has to follow. */
 void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window);
 
 /* The last period of a window while the medium task still reads the previous one: the sums are lost, and the

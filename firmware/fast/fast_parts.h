@@ -20,6 +20,9 @@ static inline void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
     fast->omega_m = omega_e * tuning->limits.pole_pairs_inverse;
 }
 
+/* Begins the sums of a window. */
+void fast_begin_sums(window_sums_t *sum);
+
 /* A period with the bridge off. */
 void fast_rest(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples);
 

@@ -1,10 +1,11 @@
-/* The end of a window: the data that the fast task hands over to the medium task. */
-#include "fast/fast.h"
+/* The data of a window: its sums begin with its first period, and its last period hands over all of them to
+ * the medium task. */
+#include "fast/fast_parts.h"
 
 #include "settings/reasons.h"
 
 /* Assigned field by field, because the compiler would call a library routine to clear a struct. */
-static void begin_sums(window_sums_t *sum)
+void fast_begin_sums(window_sums_t *sum)
 {
     const ab_t none = {0.0f, 0.0f};
     sum->periods = 0u;
@@ -87,7 +88,6 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     if (setpoint->excite.kind != (int32_t)EXCITE_NONE) {
         excite_close(&fast->control.excite, &window->excite);
     }
-    begin_sums(&fast->sum);
     fast->report.number++;
     fast->report.offsets = 0u;
     fast->report.failed = fault_set_none();
@@ -97,7 +97,7 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
 
 void fast_miss(fast_t *fast)
 {
-    begin_sums(&fast->sum);
+    fast_begin_sums(&fast->sum);
     fast->given.late++;
     fast->given.overdue = fast->given.late >= FAST_LATE_WINDOWS ? UINT32_C(1) : UINT32_C(0);
     fast->bridge.outputs.permitted =

@@ -32,9 +32,10 @@ void link_limit_init(link_limit_t *x, const link_limit_tuning_t *tuning)
 
 void link_limit_take(link_limit_t *x, const link_limit_tuning_t *tuning)
 {
-    x->braking = tuning->current_max;
-    x->driving = tuning->current_max;
-    x->limits = 1u; /* judged in the next period */
+    if (x->limits == 0u) { /* otherwise both are computed in the next period */
+        x->braking = tuning->current_max;
+        x->driving = tuning->current_max;
+    }
 }
 
 /* The current that may drive a rotor of this speed at a link above u_full [A]. A link that the rotor has

@@ -5,7 +5,6 @@
 #ifndef FAST_REFERENCE_SETPOINT_H
 #define FAST_REFERENCE_SETPOINT_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "fast/control/excite.h"
@@ -113,12 +112,5 @@ typedef struct {
     setpoint_link_t link;
     excite_order_t excite; /* in place of current control; EXCITE_NONE: none */
 } setpoint_t;
-
-/* true: the first period of this setpoint is long, because a manoeuvre begins in it or the loop is locked. */
-static inline bool setpoint_begins(const setpoint_t *setpoint)
-{
-    return setpoint->enter != 0u || setpoint->lock == (int32_t)LOCK_TO_EMF ||
-           setpoint->lock == (int32_t)LOCK_TO_ENCODER;
-}
 
 #endif

@@ -86,12 +86,10 @@ void fast_judge_still(fast_t *fast, fast_orders_t orders)
     if ((fast_moments(&fast->bridge, orders.setpoint) & GUARD_RUNNING) == 0u) {
         return;
     }
-    const abc_t *current = &fast->measure.measured.current_abc;
-    const dq_t asked = fast->demand.current;
     const still_watch_input_t input = {
-        .asked = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation)),
-        .current = *current,
-        .voltage = fast->acted.voltage,
+        .asked = frames_inverse_park(fast->demand.current, fast->demand.frame.rotation),
+        .current = &fast->measure.measured.current_abc,
+        .voltage = &fast->acted.voltage,
         .omega_e = fast->rotor.omega_e,
         .u_dc = fast->measure.measured.u_dc,
         .limited = fast->control.limited != 0u,

@@ -1,5 +1,7 @@
 #include "fast/protect/still_watch.h"
 
+#include <float.h>
+
 #include "math/bounds.h"
 #include "math/winding.h"
 
@@ -49,32 +51,58 @@ static float explained(const still_watch_t *watch, const still_watch_tuning_t *t
     return tuning->push + tuning->push_link * u_dc + tuning->turn * bounds_magnitude(omega_e) * length;
 }
 
+/* Limits of a period. */
+typedef struct {
+    float off;       /* largest difference from the reference [A] */
+    float push;      /* largest jump of the voltage [V] */
+    uint32_t stands; /* [periods] for which a stuck value has not changed at least */
+} limits_t;
+
+/* Limits for these inputs. While the link allows only a slow change, no difference counts. */
+static limits_t limits_of(const still_watch_t *watch, const still_watch_tuning_t *tuning,
+                          const still_watch_input_t *input)
+{
+    const abc_t current = *input->current;
+    const bool alone = bounds_within(current.a, tuning->none) || bounds_within(current.b, tuning->none) ||
+                       bounds_within(current.c, tuning->none);
+    const bool counts = !input->limited || input->u_dc > tuning->slow;
+    return (limits_t){
+        .off = !counts ? FLT_MAX : alone ? tuning->far : tuning->off,
+        .push = explained(watch, tuning, input->u_dc, input->omega_e),
+        .stands = alone ? ALONE : STILL_SOME,
+    };
+}
+
+/* One period of sensor `n`, with the reference [A] and the jump of the voltage [V] of its phase. true: it is
+ * stuck. */
+static inline bool is_stuck(still_watch_t *watch, uint32_t n, float asked, float jump, const limits_t *limits)
+{
+    const uint32_t still = watch->still[n];
+    if (still < STILL_SOME) {
+        watch->off[n] = 0u;
+        return false;
+    }
+    uint32_t off = still == STILL_SOME ? 0u : watch->off[n];
+    if (off >= PUSHED || !bounds_within(jump, limits->push)) {
+        off = PUSHED;
+    } else {
+        off = bounds_within(asked - watch->value[n], limits->off) ? 0u : off + 1u;
+    }
+    watch->off[n] = off;
+    return off >= OFF_PERIODS && still >= limits->stands;
+}
+
 bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning,
                        const still_watch_input_t *input)
 {
-    const abc_t current = input->current;
-    const abc_t jump = jumps(watch, input->voltage);
-    const float wanted[3] = {input->asked.a, input->asked.b, input->asked.c};
-    const float jumped[3] = {jump.a, jump.b, jump.c};
-    const bool alone = bounds_within(current.a, tuning->none) || bounds_within(current.b, tuning->none) ||
-                       bounds_within(current.c, tuning->none);
-    const float most = alone ? tuning->far : tuning->off;
-    const float push = explained(watch, tuning, input->u_dc, input->omega_e);
-    const bool counts = !input->limited || input->u_dc > tuning->slow;
-    const bool sound = tuning->sensors == 3u && winding_adds_up(&current, tuning->off);
-    bool stuck = false;
-    for (uint32_t n = 0; n < tuning->sensors; n++) {
-        const uint32_t still = watch->still[n];
-        if (still <= STILL_SOME) {
-            watch->off[n] = 0u;
-        }
-        if (still < STILL_SOME) {
-            continue;
-        }
-        const bool off = counts && !bounds_within(wanted[n] - watch->value[n], most);
-        const bool pushed = watch->off[n] >= PUSHED || !bounds_within(jumped[n], push);
-        watch->off[n] = pushed ? PUSHED : off ? watch->off[n] + 1u : 0u;
-        stuck = stuck || (watch->off[n] >= OFF_PERIODS && (!alone || still >= ALONE));
+    const abc_t asked = frames_inverse_clarke(input->asked);
+    const abc_t jump = jumps(watch, *input->voltage);
+    const limits_t limits = limits_of(watch, tuning, input);
+    const bool a = is_stuck(watch, 0u, asked.a, jump.a, &limits);
+    const bool b = is_stuck(watch, 1u, asked.b, jump.b, &limits);
+    if (tuning->sensors < 3u) {
+        return a || b;
     }
-    return stuck && !sound;
+    const bool c = is_stuck(watch, 2u, asked.c, jump.c, &limits);
+    return (a || b || c) && !winding_adds_up(input->current, tuning->off);
 }

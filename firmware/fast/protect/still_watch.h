@@ -60,12 +60,12 @@ typedef struct {
 
 /* The inputs of a period in which a value is examined. */
 typedef struct {
-    abc_t asked;   /* reference for the sample of the last period [A] */
-    abc_t current; /* measured [A] */
-    ab_t voltage;  /* that acted in the last period [V] */
-    float omega_e; /* assumed speed of the rotor [rad/s] */
-    float u_dc;    /* [V] */
-    bool limited;  /* the applied voltage is less than control required */
+    ab_t asked;           /* reference for the sample of the last period [A] */
+    const abc_t *current; /* measured [A] */
+    const ab_t *voltage;  /* that acted in the last period [V] */
+    float omega_e;        /* assumed speed of the rotor [rad/s] */
+    float u_dc;           /* [V] */
+    bool limited;         /* the applied voltage is less than control required */
 } still_watch_input_t;
 
 /* Computes the coefficients. One division. */

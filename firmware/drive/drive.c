@@ -27,7 +27,7 @@ static inline bool is_shown(const drive_t *drive)
 /* The fast task has opened the bridge. That is a fault, which the medium task latches with the window. */
 static void show_stop(drive_t *drive)
 {
-    drive_fault_t fault = drive->fast.report.stop;
+    drive_fault_t fault = drive->fast.report.window.stop;
     fault.manoeuvre = drive->manoeuvre;
     show_fault(drive, &fault);
 }
@@ -96,7 +96,7 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     }
     const fast_orders_t orders = orders_of(drive);
     fast_step(&drive->fast, orders, samples, drive->opens, command);
-    if (drive->fast.report.stop.reason != (int32_t)REASON_NONE && !is_shown(drive)) {
+    if (drive->fast.report.window.stop.reason != (int32_t)REASON_NONE && !is_shown(drive)) {
         show_stop(drive);
     } else if (drive->opens != (int32_t)REASON_NONE) {
         show_fault(drive, &drive->medium.fault);
@@ -190,8 +190,8 @@ void drive_request(drive_t *drive, const requests_t *next)
 void drive_stop(drive_t *drive, int32_t reason)
 {
     fast_stop(&drive->fast, reason);
-    medium_stop(&drive->medium, &drive->window, drive->fast.report.stop);
-    drive->fast.report.stop.reason = (int32_t)REASON_NONE;
+    medium_stop(&drive->medium, &drive->window, drive->fast.report.window.stop);
+    drive->fast.report.window.stop.reason = (int32_t)REASON_NONE;
     show(drive);
 }
 

@@ -113,9 +113,7 @@ typedef struct {
     uint32_t number;     /* [windows] closed before this one */
     int32_t calibration; /* [-] calibration_t of the last period */
     uint32_t offsets;    /* [-] 1: the offsets were measured again in this window */
-    fault_set_t failed;  /* fast rows of the fault table that failed in this window */
-    int32_t left;        /* [-] jump_reaction_t of this window */
-    drive_fault_t stop;  /* reason for which the bridge was opened in this window */
+    window_report_t window;
 } fast_report_t;
 
 typedef struct {

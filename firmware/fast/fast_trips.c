@@ -17,8 +17,8 @@ void fast_stop(fast_t *fast, int32_t reason)
 {
     const measured_t *measured = &fast->measure.measured;
     fast_open_bridge(fast, fast->report.number);
-    if (fast->report.stop.reason == (int32_t)REASON_NONE) {
-        fast->report.stop = (drive_fault_t){
+    if (fast->report.window.stop.reason == (int32_t)REASON_NONE) {
+        fast->report.window.stop = (drive_fault_t){
             .reason = reason,
             .period = fast->period,
             .i_a = measured->current_abc.a,
@@ -42,7 +42,7 @@ uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders)
         return ENCODER_WATCH_JUMP;
     }
     const bool to_estimate = setpoint->jump == (int32_t)JUMP_TO_ESTIMATE;
-    fast->report.left = setpoint->jump;
+    fast->report.window.left = setpoint->jump;
     reference_leave_encoder(&fast->reference, to_estimate, fast->estimator.estimate.omega_smooth,
                             setpoint->jump_periods);
     fast_update_rotor(fast, orders.tuning);
@@ -75,7 +75,7 @@ void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong
     input.omega_m = denied ? 0.0f : input.omega_m;
     const bool failed = fault_set_any(fast->trips.faults);
     guard_step_each(&fast->trips, &orders.tuning->guard, &input);
-    fast->report.failed = fault_set_both(fast->report.failed, fast->trips.faults);
+    fast->report.window.failed = fault_set_both(fast->report.window.failed, fast->trips.faults);
     if (!failed && fault_set_any(fast->trips.faults)) {
         fast_stop(fast, reason_of(fast, &orders.tuning->limits));
     }

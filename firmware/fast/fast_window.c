@@ -53,18 +53,6 @@ static void snapshot(const fast_t *fast, window_t *window)
     window->link.limits = fast->link.limits;
 }
 
-static void snapshot_catch(const reference_t *reference, window_catch_t *seen)
-{
-    const catch_t *catching = &reference->catching;
-    seen->outcome = reference->outcome;
-    seen->turning = catching->turning;
-    seen->periods_beyond = catching->periods_beyond;
-    seen->length = catching->length;
-    seen->emf = pair_ab(&catching->emf);
-    seen->cross = catching->cross;
-    seen->cross_min = catching->cross_min;
-}
-
 void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
 {
     window->number = fast->report.number;
@@ -72,7 +60,8 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     window->setpoint = setpoint->number;
     window->sum = fast->sum;
     snapshot(fast, window);
-    snapshot_catch(&fast->reference, &window->catching);
+    window->catching.outcome = fast->reference.outcome;
+    window->catching.seen = fast->reference.catching.seen;
     window->sensors.calibration = fast->report.calibration;
     window->sensors.offsets = fast->report.offsets;
     window->sensors.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
@@ -82,17 +71,15 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF
                                : fast->bridge.charging != 0u ? BRIDGE_CHARGES
                                                              : BRIDGE_ON);
-    window->report.failed = fast->report.failed;
-    window->report.left = fast->report.left;
-    window->report.stop = fast->report.stop;
+    window->report = fast->report.window;
     if (setpoint->excite.kind != (int32_t)EXCITE_NONE) {
         excite_close(&fast->control.excite, &window->excite);
     }
     fast->report.number++;
     fast->report.offsets = 0u;
-    fast->report.failed = fault_set_none();
-    fast->report.left = (int32_t)JUMP_IGNORED;
-    fast->report.stop.reason = (int32_t)REASON_NONE;
+    fast->report.window.failed = fault_set_none();
+    fast->report.window.left = (int32_t)JUMP_IGNORED;
+    fast->report.window.stop.reason = (int32_t)REASON_NONE;
 }
 
 void fast_miss(fast_t *fast)

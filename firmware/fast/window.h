@@ -11,6 +11,7 @@
 #include "estimator/estimate.h"
 #include "estimator/position.h"
 #include "fast/control/excite.h"
+#include "fast/reference/catch.h"
 #include "guard/fault_set.h"
 #include "math/bounds.h"
 #include "math/frames.h"
@@ -31,12 +32,8 @@ typedef struct {
 
 /* State of a catch. */
 typedef struct {
-    int32_t outcome;         /* [-] catch_outcome_t */
-    uint32_t turning;        /* [-] 1: a rotating rotor is detected */
-    uint32_t periods_beyond; /* [periods] consecutive, with an EMF above the link voltage */
-    float length;            /* <|e|> [V] */
-    ab_t emf;                /* low-passed in a frame that turns with it [V] */
-    float cross, cross_min;  /* sum of e x <e>, and its least amount [V^2] */
+    int32_t outcome; /* [-] catch_outcome_t */
+    catch_seen_t seen;
 } window_catch_t;
 
 /* The DC link. */

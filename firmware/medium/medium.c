@@ -23,7 +23,7 @@
  * outcome of a lost catch is not used. */
 static bool is_caught(const medium_t *medium, const window_t *window)
 {
-    const window_catch_t *catching = &window->catching;
+    const catch_seen_t *catching = &window->catching.seen;
     const float least = CONFIRMED_LEAST * catching->length;
     const float most = CONFIRMED_BEYOND * FRAMES_ONE_OVER_SQRT_3 * window->measured.u_dc;
     const ab_t mean = catching->emf;
@@ -125,7 +125,7 @@ static bool is_too_fast(const medium_t *medium, const window_t *window)
 {
     return (medium->manoeuvres.failed & MANOEUVRE_TOO_FAST) != 0u &&
            ((medium->found.current_faults & CURRENT_WATCH_MAYBE) == 0u ||
-            window->catching.periods_beyond >= SUSPICION_PERIODS);
+            window->catching.seen.periods_beyond >= SUSPICION_PERIODS);
 }
 
 /* Judges the rows of the fault table that belong to the window. */

@@ -19,7 +19,7 @@ static bool is_comparable(const manoeuvres_t *m, const window_t *window)
     case COMPARED_ALWAYS:
         return true;
     case COMPARED_STANDING:
-        return window->catching.turning == 0u;
+        return window->catching.seen.turning == 0u;
     case COMPARED_UNTRACKED:
         return m->tracking == 0u && m->windows >= 1u;
     case COMPARED_NEVER:

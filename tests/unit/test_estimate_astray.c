@@ -80,10 +80,10 @@ static void test_a_speed_that_the_emf_does_not_confirm_is_an_estimate_astray(voi
         m->tracking = one->length > 0.0f ? 0u : 1u;
         m->lock.projection = one->projection;
         drive.window.omega_m = one->omega * drive.medium.speed.trip;
-        drive.window.catching.length = one->length;
-        drive.window.catching.emf = (ab_t){one->alpha, one->beta};
-        drive.window.catching.cross = one->cross;
-        drive.window.catching.cross_min = 1.0f;
+        drive.window.catching.seen.length = one->length;
+        drive.window.catching.seen.emf = (ab_t){one->alpha, one->beta};
+        drive.window.catching.seen.cross = one->cross;
+        drive.window.catching.seen.cross_min = 1.0f;
         drive_stop(&drive, one->of);
         TEST_ASSERT_EQUAL_INT32_MESSAGE(one->reason, drive.fault_reason, one->what);
         TEST_ASSERT_EQUAL_INT32(one->reason, drive.fault.reason);

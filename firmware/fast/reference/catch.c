@@ -72,19 +72,19 @@ void catch_init(catch_t *catching)
 void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
 {
     catching->trail = (ab_t){0.0f, 0.0f};
-    catching->emf = (ab_t){0.0f, 0.0f};
-    catching->cross = 0.0f;
+    catching->seen.emf = (ab_t){0.0f, 0.0f};
+    catching->seen.cross = 0.0f;
     catching->turn = (ab_t){0.0f, 0.0f};
-    catching->cross_min = 0.0f;
-    catching->length = 0.0f;
+    catching->seen.cross_min = 0.0f;
+    catching->seen.length = 0.0f;
     catching->slip = 0.0f;
     catching->omega_e = omega_e;
     catching->turned = 0.0f;
     catching->periods = 0u;
-    catching->turning = 0u;
+    catching->seen.turning = 0u;
     catching->found = 0u;
     catching->wanted = periods;
-    catching->periods_beyond = 0u;
+    catching->seen.periods_beyond = 0u;
 }
 
 /* Direction of the d axis for this EMF, whose speed has the sign of omega_e. */
@@ -119,7 +119,7 @@ static float slip_of(const catch_t *catching, const catch_tuning_t *tuning, ab_t
 /* true: the mean EMF in its frame is as long as that of the slowest rotor. Noise has a length but no mean. */
 static bool is_steady(const catch_t *catching, const catch_tuning_t *tuning)
 {
-    const ab_t emf = catching->emf;
+    const ab_t emf = catching->seen.emf;
     return emf.alpha * emf.alpha + emf.beta * emf.beta >= tuning->emf_min_square;
 }
 
@@ -143,7 +143,7 @@ static float turning_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t
  * their rotation does not agree with their length. */
 static void find_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t last, ab_t emf)
 {
-    const float speed = catching->length * tuning->speed_per_volt;
+    const float speed = catching->seen.length * tuning->speed_per_volt;
     if (catching->periods < tuning->settled) {
         const float by_turn = turning_speed(catching, tuning, last, emf);
         const float apart = bounds_magnitude(by_turn) - speed;
@@ -154,7 +154,7 @@ static void find_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t las
         }
         return;
     }
-    const float signed_speed = catching->cross < 0.0f ? -speed : speed;
+    const float signed_speed = catching->seen.cross < 0.0f ? -speed : speed;
     if (catching->periods > tuning->settled) { /* from here on `last` is rotated with the rotor */
         catching->slip = slip_of(catching, tuning, last, emf, speed);
     }
@@ -165,28 +165,28 @@ static void find_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t las
 catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
                            float voltage_max)
 {
-    catching->cross += catching->trail.alpha * emf.beta - catching->trail.beta * emf.alpha;
+    catching->seen.cross += catching->trail.alpha * emf.beta - catching->trail.beta * emf.alpha;
     catching->trail.alpha = lowpass_step(catching->trail.alpha, tuning->trail_share, emf.alpha);
     catching->trail.beta = lowpass_step(catching->trail.beta, tuning->trail_share, emf.beta);
     const float share = catching->periods < tuning->seen ? 1.0f : tuning->length_share;
-    catching->length = lowpass_step(catching->length, share, length);
-    const ab_t last = catching->emf;
+    catching->seen.length = lowpass_step(catching->seen.length, share, length);
+    const ab_t last = catching->seen.emf;
     const ab_t before = turned_on(catching, last, tuning->period);
     const float along = catching->periods < tuning->settled ? 1.0f : tuning->emf_share;
-    catching->emf.alpha = lowpass_step(before.alpha, along, emf.alpha);
-    catching->emf.beta = lowpass_step(before.beta, along, emf.beta);
-    catching->periods_beyond = length > tuning->reach * voltage_max ? catching->periods_beyond + 1u : 0u;
+    catching->seen.emf.alpha = lowpass_step(before.alpha, along, emf.alpha);
+    catching->seen.emf.beta = lowpass_step(before.beta, along, emf.beta);
+    catching->seen.periods_beyond = length > tuning->reach * voltage_max ? catching->seen.periods_beyond + 1u : 0u;
     catching->periods++;
-    const float speed = catching->length * tuning->speed_per_volt;
-    catching->cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_MOST) *
-                           catching->length * catching->length;
-    if (catching->periods_beyond >= tuning->beyond) {
+    const float speed = catching->seen.length * tuning->speed_per_volt;
+    catching->seen.cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_MOST) *
+                           catching->seen.length * catching->seen.length;
+    if (catching->seen.periods_beyond >= tuning->beyond) {
         return CATCH_TOO_FAST;
     }
-    const bool crosses = bounds_magnitude(catching->cross) >= catching->cross_min;
+    const bool crosses = bounds_magnitude(catching->seen.cross) >= catching->seen.cross_min;
     find_speed(catching, tuning, catching->periods < tuning->settled ? last : before, emf);
     const bool turning = crosses && speed >= tuning->speed_min && is_steady(catching, tuning);
-    catching->turning = turning && catching->periods >= tuning->settled;
+    catching->seen.turning = turning && catching->periods >= tuning->settled;
     const bool found =
         bounds_within(catching->slip, SLIP_SURE * speed); /* the loop of the slip has settled */
     const bool sure = found && catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure;
@@ -200,15 +200,15 @@ catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t
 
 void catch_turn(catch_t *catching, const catch_tuning_t *tuning)
 {
-    catching->emf = turned_on(catching, catching->emf, tuning->period);
+    catching->seen.emf = turned_on(catching, catching->seen.emf, tuning->period);
 }
 
 ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning)
 {
-    if (catching->turning == 0u) {
+    if (catching->seen.turning == 0u) {
         return (ab_t){tuning->current, 0.0f};
     }
-    const rotation_t rotor = direction(catching->emf, catching->omega_e);
+    const rotation_t rotor = direction(catching->seen.emf, catching->omega_e);
     return (ab_t){tuning->current_d * rotor.cos, tuning->current_d * rotor.sin};
 }
 
@@ -224,13 +224,13 @@ float catch_angle(ab_t emf, float omega_e)
 
 frame_t catch_rotor(const catch_t *catching)
 {
-    const rotation_t rotor = direction(catching->emf, catching->omega_e);
+    const rotation_t rotor = direction(catching->seen.emf, catching->omega_e);
     return (frame_t){trig_angle(rotor), catching->omega_e, rotor};
 }
 
 float catch_length(const catch_t *catching)
 {
-    const ab_t emf = catching->emf;
+    const ab_t emf = catching->seen.emf;
     const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
     return square * inverse_root(square);
 }

@@ -69,21 +69,26 @@ typedef struct {
     uint32_t beyond;      /* [periods] for which the EMF must be too large */
 } catch_tuning_t;
 
+/* The part of the state that the medium task judges. */
 typedef struct {
-    ab_t trail;              /* <e> [V] */
-    ab_t turn;               /* scalar and cross product of the EMF of two periods, low-passed [V^2] */
     ab_t emf;                /* e at t_k, low-passed in a frame that turns with it [V] */
     float cross;             /* sum of e x <e> [V^2] */
     float cross_min;         /* least amount of this sum [V^2] */
     float length;            /* <|e|> [V] */
-    float slip;              /* difference of the EMF's speed from <|e|>/psi_f [rad/s] */
-    float omega_e;           /* [rad/s] electrical, that of the start until it is measured */
-    float turned;            /* sum of |omega_e| since the direction is known [rad/s] */
-    uint32_t periods;        /* [periods] so far */
-    uint32_t wanted;         /* [periods] of the whole catch */
     uint32_t turning;        /* [-] 1: a rotating rotor is detected */
-    uint32_t found;          /* [-] 1: a step has ended with CATCH_TURNING */
     uint32_t periods_beyond; /* [periods] in succession in which the EMF was too large */
+} catch_seen_t;
+
+typedef struct {
+    ab_t trail; /* <e> [V] */
+    ab_t turn;  /* scalar and cross product of the EMF of two periods, low-passed [V^2] */
+    catch_seen_t seen;
+    float slip;       /* difference of the EMF's speed from <|e|>/psi_f [rad/s] */
+    float omega_e;    /* [rad/s] electrical, that of the start until it is measured */
+    float turned;     /* sum of |omega_e| since the direction is known [rad/s] */
+    uint32_t periods; /* [periods] so far */
+    uint32_t wanted;  /* [periods] of the whole catch */
+    uint32_t found;   /* [-] 1: a step has ended with CATCH_TURNING */
 } catch_t;
 
 typedef enum { CATCH_GOES_ON, CATCH_TURNING, CATCH_STANDING, CATCH_TOO_FAST } catch_outcome_t;

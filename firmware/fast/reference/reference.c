@@ -139,7 +139,7 @@ static void caught(reference_t *reference, const reference_tuning_t *tuning, dem
     demand->frame = rotor;
     demand->change = (int32_t)FRAME_TURNS;
     demand->current = reference->current;
-    demand->emf = frames_park(reference->catching.emf, demand->frame.rotation);
+    demand->emf = frames_park(reference->catching.seen.emf, demand->frame.rotation);
 }
 
 void reference_follow_catch(reference_t *reference, const reference_tuning_t *tuning,

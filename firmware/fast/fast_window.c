@@ -64,7 +64,9 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     window->catching.seen = fast->reference.catching.seen;
     window->sensors.calibration = fast->report.calibration;
     window->sensors.offsets = fast->report.offsets;
-    window->sensors.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
+    window->sensors.still[0] = fast->still_watch.still[0];
+    window->sensors.still[1] = fast->still_watch.still[1];
+    window->sensors.still[2] = fast->still_watch.still[2];
     window->sensors.noise = measure_noise(&fast->measure);
     window->estimating = fast->estimating;
     window->tracking = fast->reference.tracking;

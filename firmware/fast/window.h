@@ -54,7 +54,7 @@ typedef enum {
 typedef struct {
     int32_t calibration; /* [-] calibration_t */
     uint32_t offsets;    /* [-] 1: they were measured again in this window */
-    uint32_t moved;      /* [-] bits of the sensors whose value has changed in this window */
+    uint32_t still[3];   /* [periods] for which the value of a sensor has not changed */
     float noise;         /* mean square of the noise of a sensor, in the last calibration [A^2] */
 } window_sensors_t;
 

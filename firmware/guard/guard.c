@@ -43,7 +43,7 @@ void guard_init(guard_t *guard)
 }
 
 /* The rows whose condition (fault_when_t) is met now. */
-static fault_set_t counting(uint32_t now)
+static inline fault_set_t counting(uint32_t now)
 {
     const fault_set_t none = fault_set_none();
     const fault_set_t turning = fault_set_both((now & GUARD_ENCODER) != 0u ? rows_at(FAULT_ENCODER) : none,
@@ -101,27 +101,37 @@ static inline fault_set_t rows_that_fail(guard_t *guard, fault_set_t now, fault_
     return failed;
 }
 
-static inline void judge(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input,
-                         fault_rate_t asked)
+/* Updates the counts, guard->holding and guard->failed. Returns the rows that have failed. */
+static inline fault_set_t judge(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input,
+                                fault_rate_t asked)
 {
     const fault_set_t now = fault_set_common(rows_that_hold(tuning, input, asked), counting(input->now));
-    guard->failed = rows_that_fail(guard, now, asked);
+    const fault_set_t failed = rows_that_fail(guard, now, asked);
     guard->holding = now;
-    guard->faults = fault_set_common(guard->failed, rows_with(FAULT_OPEN));
-    guard->stops = fault_set_common(guard->failed, rows_with(FAULT_STOP));
-    guard->losses = fault_set_common(guard->failed, rows_with(FAULT_CATCH));
-    guard->warnings = fault_set_common(guard->failed, rows_with(FAULT_WARN));
+    guard->failed = failed;
+    return failed;
 }
+
+/* A row with the rate EACH has no other reaction than OPEN. */
+#define FAULT_DOES_NOT_OPEN(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce,     \
+                            when, reaction, text, remedy)                                                    \
+    || (FAULT_##rate == FAULT_EACH && FAULT_##reaction != FAULT_OPEN)
+extern const char guard_each_opens[(false DRIVE_FAULTS(FAULT_DOES_NOT_OPEN)) ? -1 : 1];
+#undef FAULT_DOES_NOT_OPEN
 
 /* Two functions, so that neither computes the quantities of the other's rows. */
 void guard_step_each(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input)
 {
-    judge(guard, tuning, input, FAULT_EACH);
+    guard->faults = judge(guard, tuning, input, FAULT_EACH);
 }
 
 void guard_step_slow(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input)
 {
-    judge(guard, tuning, input, FAULT_SLOW);
+    const fault_set_t failed = judge(guard, tuning, input, FAULT_SLOW);
+    guard->faults = fault_set_common(failed, rows_with(FAULT_OPEN));
+    guard->stops = fault_set_common(failed, rows_with(FAULT_STOP));
+    guard->losses = fault_set_common(failed, rows_with(FAULT_CATCH));
+    guard->warnings = fault_set_common(failed, rows_with(FAULT_WARN));
 }
 
 int32_t guard_reason(fault_set_t faults)

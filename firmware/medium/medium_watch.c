@@ -1,6 +1,7 @@
 /* The protections that need more than single samples, and the current limit that follows from them. */
 #include "medium/medium_parts.h"
 
+#include "fast/protect/still_watch.h"
 #include "math/bounds.h"
 #include "math/trig.h"
 #include "settings/reasons.h"
@@ -43,7 +44,7 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
         .periods = window->sum.periods,
         .voltage = window->sum.voltage,
         .asked_for = window->sum.reference,
-        .moved = window->sensors.moved,
+        .moved = still_watch_moved(window->sensors.still, DRIVE_WINDOW),
         .current = window->measured.current_abc,
         .error = window->current_err,
         .reference = window->reference,

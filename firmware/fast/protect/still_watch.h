@@ -103,11 +103,11 @@ static inline void still_watch_remember(still_watch_t *watch, const ab_t *voltag
     watch->voltage[0] = *voltage;
 }
 
-/* Bits of the judged sensors whose value has changed in the last `periods`. */
-static inline uint32_t still_watch_moved(const still_watch_t *watch, uint32_t periods)
+/* Bits of the judged sensors whose value has changed in the last `periods`, by their counts of periods
+ * without a change. */
+static inline uint32_t still_watch_moved(const uint32_t still[3], uint32_t periods)
 {
-    return (watch->still[0] < periods ? 1u : 0u) | (watch->still[1] < periods ? 2u : 0u) |
-           (watch->still[2] < periods ? 4u : 0u);
+    return (still[0] < periods ? 1u : 0u) | (still[1] < periods ? 2u : 0u) | (still[2] < periods ? 4u : 0u);
 }
 
 /* Judges the sensors while control runs and still_watch_count() is true; true: a sensor is stuck. */

@@ -75,8 +75,11 @@ void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong
     input.omega_m = denied ? 0.0f : input.omega_m;
     const bool failed = fault_set_any(fast->trips.faults);
     guard_step_each(&fast->trips, &orders.tuning->guard, &input);
+    if (!fault_set_any(fast->trips.faults)) {
+        return;
+    }
     fast->report.window.failed = fault_set_both(fast->report.window.failed, fast->trips.faults);
-    if (!failed && fault_set_any(fast->trips.faults)) {
+    if (!failed) {
         fast_stop(fast, reason_of(fast, &orders.tuning->limits));
     }
 }

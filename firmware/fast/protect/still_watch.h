@@ -22,12 +22,18 @@
 #ifndef FAST_PROTECT_STILL_WATCH_H
 #define FAST_PROTECT_STILL_WATCH_H
 
+#include <float.h>
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "math/bounds.h"
 #include "math/frames.h"
+#include "math/winding.h"
 
-#define STILL_SOME 3u /* [periods] without a change from which a value is examined */
+#define STILL_SOME   3u       /* [periods] without a change from which a value is examined */
+#define STILL_OFF    4u       /* [periods]: a step of the reference is visible in the third sample */
+#define STILL_ALONE  8u       /* [periods] without a change, where a phase has almost no current */
+#define STILL_PUSHED 0x10000u /* [periods] in place of a count, after a jump of the voltage */
 
 typedef struct {
     float range;        /* range of the sensors in both directions [A] */
@@ -53,9 +59,9 @@ typedef struct {
 typedef struct {
     float value[3];    /* of the last period [A] */
     uint32_t still[3]; /* [periods] without a change */
-    uint32_t off[3];   /* [periods] of these with a difference from the reference; or PUSHED, after a jump of
-                          the voltage */
-    ab_t voltage[2];   /* that acted in the last period and in the one before [V] */
+    uint32_t off[3]; /* [periods] of these with a difference from the reference; or STILL_PUSHED, after a jump
+                        of the voltage */
+    ab_t voltage[2]; /* that acted in the last period and in the one before [V] */
 } still_watch_t;
 
 /* The inputs of a period in which a value is examined. */
@@ -110,8 +116,83 @@ static inline uint32_t still_watch_moved(const uint32_t still[3], uint32_t perio
     return (still[0] < periods ? 1u : 0u) | (still[1] < periods ? 2u : 0u) | (still[2] < periods ? 4u : 0u);
 }
 
+/* The jump of the voltage of each phase [V]: the sum of the last two of three periods, minus twice the
+ * voltage of the first one. The control responds to a sample in the second of three periods. */
+static inline abc_t still_watch_jumps(const still_watch_t *watch, ab_t voltage)
+{
+    const ab_t was = watch->voltage[1];
+    return frames_inverse_clarke((ab_t){voltage.alpha + watch->voltage[0].alpha - 2.0f * was.alpha,
+                                        voltage.beta + watch->voltage[0].beta - 2.0f * was.beta});
+}
+
+/* Largest jump that a rotating EMF, the dead time and a small change of the current explain [V]. */
+static inline float still_watch_explained(const still_watch_t *watch, const still_watch_tuning_t *tuning,
+                                          float u_dc, float omega_e)
+{
+    const ab_t was = watch->voltage[1];
+    const float length = bounds_magnitude(was.alpha) + bounds_magnitude(was.beta);
+    return tuning->push + tuning->push_link * u_dc + tuning->turn * bounds_magnitude(omega_e) * length;
+}
+
+/* Limits of a period. */
+typedef struct {
+    float off;       /* largest difference from the reference [A] */
+    float push;      /* largest jump of the voltage [V] */
+    uint32_t stands; /* [periods] for which a stuck value has not changed at least */
+} still_limits_t;
+
+/* Limits for these inputs. While the link allows only a slow change, no difference counts. */
+static inline still_limits_t still_watch_limits(const still_watch_t *watch,
+                                                const still_watch_tuning_t *tuning,
+                                                const still_watch_input_t *input)
+{
+    const abc_t current = *input->current;
+    const bool alone = bounds_within(current.a, tuning->none) || bounds_within(current.b, tuning->none) ||
+                       bounds_within(current.c, tuning->none);
+    const bool counts = !input->limited || input->u_dc > tuning->slow;
+    return (still_limits_t){
+        .off = !counts ? FLT_MAX
+               : alone ? tuning->far
+                       : tuning->off,
+        .push = still_watch_explained(watch, tuning, input->u_dc, input->omega_e),
+        .stands = alone ? STILL_ALONE : STILL_SOME,
+    };
+}
+
+/* One period of sensor `n`, with the reference [A] and the jump of the voltage [V] of its phase. true: it is
+ * stuck. */
+static inline bool still_watch_is_stuck(still_watch_t *watch, uint32_t n, float asked, float jump,
+                                        const still_limits_t *limits)
+{
+    const uint32_t still = watch->still[n];
+    if (still < STILL_SOME) {
+        watch->off[n] = 0u;
+        return false;
+    }
+    uint32_t off = still == STILL_SOME ? 0u : watch->off[n];
+    if (off >= STILL_PUSHED || !bounds_within(jump, limits->push)) {
+        off = STILL_PUSHED;
+    } else {
+        off = bounds_within(asked - watch->value[n], limits->off) ? 0u : off + 1u;
+    }
+    watch->off[n] = off;
+    return off >= STILL_OFF && still >= limits->stands;
+}
+
 /* Judges the sensors while control runs and still_watch_count() is true; true: a sensor is stuck. */
-bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning,
-                       const still_watch_input_t *input);
+static inline bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning,
+                                     const still_watch_input_t *input)
+{
+    const abc_t asked = frames_inverse_clarke(input->asked);
+    const abc_t jump = still_watch_jumps(watch, *input->voltage);
+    const still_limits_t limits = still_watch_limits(watch, tuning, input);
+    const bool a = still_watch_is_stuck(watch, 0u, asked.a, jump.a, &limits);
+    const bool b = still_watch_is_stuck(watch, 1u, asked.b, jump.b, &limits);
+    if (tuning->sensors < 3u) {
+        return a || b;
+    }
+    const bool c = still_watch_is_stuck(watch, 2u, asked.c, jump.c, &limits);
+    return (a || b || c) && !winding_adds_up(input->current, tuning->off);
+}
 
 #endif

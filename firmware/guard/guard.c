@@ -14,12 +14,13 @@ const fault_row_t fault_rows[FAULTS] = {
 #undef FAULT_ROW
 };
 
-/* The rows with one condition (fault_when_t) or one reaction. */
-static inline fault_set_t rows_at(fault_when_t asked)
+/* The rows of a rate with one condition (fault_when_t), and the rows with one reaction. */
+static inline fault_set_t rows_at(fault_when_t asked, fault_rate_t of)
 {
 #define FAULT_IF_WHEN(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,     \
                       reaction, text, remedy)                                                                \
-    set.word[FAULT_WORD(FAULT_##NAME)] |= FAULT_##when == asked ? FAULT_BIT(FAULT_##NAME) : UINT32_C(0);
+    set.word[FAULT_WORD(FAULT_##NAME)] |=                                                                    \
+        FAULT_##when == asked && FAULT_##rate == of ? FAULT_BIT(FAULT_##NAME) : UINT32_C(0);
     fault_set_t set = fault_set_none();
     DRIVE_FAULTS(FAULT_IF_WHEN)
 #undef FAULT_IF_WHEN
@@ -42,15 +43,16 @@ void guard_init(guard_t *guard)
     memset(guard, 0, sizeof *guard);
 }
 
-/* The rows whose condition (fault_when_t) is met now. */
-static inline fault_set_t counting(uint32_t now)
+/* The rows of a rate whose condition (fault_when_t) is met now. */
+static inline fault_set_t counting(uint32_t now, fault_rate_t of)
 {
     const fault_set_t none = fault_set_none();
-    const fault_set_t turning = fault_set_both((now & GUARD_ENCODER) != 0u ? rows_at(FAULT_ENCODER) : none,
-                                               (now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING) : none);
-    const fault_set_t on = fault_set_both((now & GUARD_RUNNING) != 0u ? rows_at(FAULT_RUNNING) : none,
-                                          (now & GUARD_SUPPLIED) != 0u ? rows_at(FAULT_SUPPLIED) : none);
-    return fault_set_both(rows_at(FAULT_ALWAYS), fault_set_both(on, turning));
+    const fault_set_t turning =
+        fault_set_both((now & GUARD_ENCODER) != 0u ? rows_at(FAULT_ENCODER, of) : none,
+                       (now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING, of) : none);
+    const fault_set_t on = fault_set_both((now & GUARD_RUNNING) != 0u ? rows_at(FAULT_RUNNING, of) : none,
+                                          (now & GUARD_SUPPLIED) != 0u ? rows_at(FAULT_SUPPLIED, of) : none);
+    return fault_set_both(rows_at(FAULT_ALWAYS, of), fault_set_both(on, turning));
 }
 
 /* The rows of a rate that hold in this period, whether they count or not. */
@@ -101,15 +103,11 @@ static inline fault_set_t rows_that_fail(guard_t *guard, fault_set_t now, fault_
     return failed;
 }
 
-/* Updates the counts, guard->holding and guard->failed. Returns the rows that have failed. */
-static inline fault_set_t judge(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input,
-                                fault_rate_t asked)
+/* The rows of a rate that hold and count. */
+static inline fault_set_t rows_now(const guard_tuning_t *tuning, const guard_input_t *input,
+                                   fault_rate_t asked)
 {
-    const fault_set_t now = fault_set_common(rows_that_hold(tuning, input, asked), counting(input->now));
-    const fault_set_t failed = rows_that_fail(guard, now, asked);
-    guard->holding = now;
-    guard->failed = failed;
-    return failed;
+    return fault_set_common(rows_that_hold(tuning, input, asked), counting(input->now, asked));
 }
 
 /* A row with the rate EACH has no other reaction than OPEN. */
@@ -122,12 +120,19 @@ extern const char guard_each_opens[(false DRIVE_FAULTS(FAULT_DOES_NOT_OPEN)) ? -
 /* Two functions, so that neither computes the quantities of the other's rows. */
 void guard_step_each(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input)
 {
-    guard->faults = judge(guard, tuning, input, FAULT_EACH);
+    const fault_set_t now = rows_now(tuning, input, FAULT_EACH);
+    const fault_set_t failed = rows_that_fail(guard, now, FAULT_EACH);
+    guard->holding = now;
+    guard->failed = failed;
+    guard->faults = failed;
 }
 
 void guard_step_slow(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input)
 {
-    const fault_set_t failed = judge(guard, tuning, input, FAULT_SLOW);
+    const fault_set_t now = rows_now(tuning, input, FAULT_SLOW);
+    const fault_set_t failed = rows_that_fail(guard, now, FAULT_SLOW);
+    guard->holding = now;
+    guard->failed = failed;
     guard->faults = fault_set_common(failed, rows_with(FAULT_OPEN));
     guard->stops = fault_set_common(failed, rows_with(FAULT_STOP));
     guard->losses = fault_set_common(failed, rows_with(FAULT_CATCH));

@@ -175,11 +175,12 @@ catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t
     const float along = catching->periods < tuning->settled ? 1.0f : tuning->emf_share;
     catching->seen.emf.alpha = lowpass_step(before.alpha, along, emf.alpha);
     catching->seen.emf.beta = lowpass_step(before.beta, along, emf.beta);
-    catching->seen.periods_beyond = length > tuning->reach * voltage_max ? catching->seen.periods_beyond + 1u : 0u;
+    catching->seen.periods_beyond =
+        length > tuning->reach * voltage_max ? catching->seen.periods_beyond + 1u : 0u;
     catching->periods++;
     const float speed = catching->seen.length * tuning->speed_per_volt;
     catching->seen.cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_MOST) *
-                           catching->seen.length * catching->seen.length;
+                                catching->seen.length * catching->seen.length;
     if (catching->seen.periods_beyond >= tuning->beyond) {
         return CATCH_TOO_FAST;
     }

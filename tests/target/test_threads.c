@@ -62,7 +62,7 @@ static void part(void)
 {
     while (left > 0u) {
         take_period();
-        if (drive.fast.sum.periods + 1u >= DRIVE_WINDOW) {
+        if (drive.fast.sum.periods + 1u == DRIVE_WINDOW) {
             wait_for_medium();
         }
         if (!works) {

@@ -53,7 +53,7 @@ static inline void windows(uint32_t count)
 {
     do {
         steps(1);
-        count -= drive.fast.sum.periods == 0u ? 1u : 0u;
+        count -= drive.fast.sum.periods % DRIVE_WINDOW == 0u ? 1u : 0u;
     } while (count > 0u);
 }
 

@@ -104,7 +104,7 @@ static void machine_windows(uint32_t count)
 {
     do {
         machine_step();
-        count -= drive.fast.sum.periods == 0u ? 1u : 0u;
+        count -= drive.fast.sum.periods % DRIVE_WINDOW == 0u ? 1u : 0u;
     } while (count > 0u);
 }
 

@@ -145,10 +145,15 @@ static void test_new_coefficients_keep_what_is_lost_and_limit_again(void)
 {
     looks(205.0, 0.3);
     limit_at(205.0, OMEGA);
+    TEST_ASSERT_TRUE(limit.driving < 4.0f);
     prepare(0.2, 4.0);
     link_limit_take(&limit, &limit_tuning);
-    TEST_ASSERT_TRUE(is_near(300.0));
+    TEST_ASSERT_TRUE(is_near(300.0)); /* the limit acts until the next step */
     limit_at(300.0, OMEGA);
     TEST_ASSERT_TRUE(limit.driving == 4.0f && limit.braking == 4.0f);
+    prepare(0.2, 3.0);
+    link_limit_take(&limit, &limit_tuning); /* no limit acts: no step is necessary */
+    TEST_ASSERT_FALSE(is_near(300.0));
+    TEST_ASSERT_TRUE(limit.driving == 3.0f && limit.braking == 3.0f);
     TEST_ASSERT_FALSE(excuses());
 }

@@ -42,16 +42,17 @@ void setUp(void)
 /* One period; c is minus the sum of the other two, plus `apart`. */
 static bool step(float a, float b, float asked_a)
 {
+    const abc_t current = {a, b, apart - a - b};
     const still_watch_input_t input = {
-        .asked = {asked_a, b, -asked_a - b},
-        .current = {a, b, apart - a - b},
-        .voltage = voltage,
+        .asked = frames_clarke((abc_t){asked_a, b, -asked_a - b}),
+        .current = &current,
+        .voltage = &voltage,
         .omega_e = omega_e,
         .u_dc = u_dc,
         .limited = limited,
     };
     const bool stuck =
-        still_watch_count(&watch, &tuning, &input.current) && still_watch_judge(&watch, &tuning, &input);
+        still_watch_count(&watch, &tuning, &current) && still_watch_judge(&watch, &tuning, &input);
     still_watch_remember(&watch, &voltage);
     return stuck;
 }

@@ -18,13 +18,8 @@ static void show_fault(drive_t *drive, const drive_fault_t *fault)
     drive->fault = *fault;
 }
 
-/* true: there is already a fault; a later one of the fast task does not replace it. */
-static inline bool is_shown(const drive_t *drive)
-{
-    return drive->state == (int32_t)DRIVE_FAULT;
-}
-
-/* The fast task has opened the bridge. That is a fault, which the medium task latches with the window. */
+/* The fast task has opened the bridge. That is a fault, which the medium task latches with the window. It
+ * does not replace an earlier one. */
 static void show_stop(drive_t *drive)
 {
     drive_fault_t fault = drive->fast.report.window.stop;
@@ -96,7 +91,8 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     }
     const fast_orders_t orders = orders_of(drive);
     fast_step(&drive->fast, orders, samples, drive->opens, command);
-    if (drive->fast.report.window.stop.reason != (int32_t)REASON_NONE && !is_shown(drive)) {
+    if (drive->fast.report.window.stop.reason != (int32_t)REASON_NONE &&
+        drive->state != (int32_t)DRIVE_FAULT) {
         show_stop(drive);
     } else if (drive->opens != (int32_t)REASON_NONE) {
         show_fault(drive, &drive->medium.fault);

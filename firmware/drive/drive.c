@@ -54,10 +54,9 @@ static fast_orders_t orders_of(const drive_t *drive)
     return (fast_orders_t){&drive->tunings[drive->in_force].fast, &drive->setpoints[drive->acting]};
 }
 
-/* The end of a window, at which the medium task does not run if it is in time. The setpoint of the previous
- * window acts from the next period on, and the medium task begins with the tuning that the fast task has. If
- * the setpoint is not ready, the last one continues to act, and the medium task keeps the window that it
- * reads. true: the medium task has a new window. */
+/* The end of a window, at which a medium task that is in time does not run. The setpoint of the previous
+ * window acts from the next period on, and the medium task begins with the tuning of the fast task. Without
+ * a setpoint the last one continues to act, and the medium task keeps its window. true: it has a new one. */
 static bool turn_window(drive_t *drive, const setpoint_t *before)
 {
     if (drive->done != drive->handed) {

@@ -39,8 +39,8 @@ SECTIONS
                       *(.text:float_of_bits) *(.text:follow) *(.text:is_edge) *(.text:tap_slot_at) *(.text:value_of)
                       *(.text:watch)
                       /* firmware/drive/drive.c */
-                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:float_bits) *(.text:orders_of)
-                      *(.text:setpoint_begins) *(.text:turn_window)
+                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:fast_may_tune) *(.text:float_bits)
+                      *(.text:orders_of) *(.text:turn_window)
                       /* firmware/estimator/encoder.c */
                       *(.text:encoder_phase)
                       /* firmware/estimator/estimator.c */
@@ -110,15 +110,13 @@ SECTIONS
                       *(.text:still_watch_remember) *(.text:sum_up) *(.text:svpwm_modulate) *(.text:tracker_set_flux)
                       *(.text:tracker_take) *(.text:trig_advance) *(.text:validity_take) *(.text:voltage_uncertain)
                       /* firmware/fast/fast_trips.c */
-                      *(.text:encoder_jumped) *(.text:estimate_is_denied) *(.text:fast_judge_still) *(.text:fast_open_bridge)
-                      *(.text:fast_watch_jump) *(.text:fault_set_both) *(.text:reason_of)
+                      *(.text:encoder_jumped) *(.text:estimate_is_denied) *(.text:fast_open_bridge) *(.text:fast_watch_jump)
+                      *(.text:fault_set_both) *(.text:reason_of)
                       /* firmware/fast/fast_window.c */
-                      *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:measure_noise) *(.text:pair_ab)
-                      *(.text:pair_dq) *(.text:snapshot) *(.text:snapshot_catch) *(.text:still_watch_moved)
+                      *(.text:fast_begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:measure_noise)
+                      *(.text:pair_ab) *(.text:pair_dq) *(.text:snapshot)
                       /* firmware/fast/inverter/svpwm.c */
                       *(.text:leg) *(.text:shortened) *(.text:svpwm_beyond)
-                      /* firmware/fast/protect/still_watch.c */
-                      *(.text:winding_adds_up)
                       /* firmware/fast/reference/catch.c */
                       *(.text:turned_on)
                       /* firmware/fast/reference/reference.c */

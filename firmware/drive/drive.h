@@ -54,11 +54,13 @@ typedef struct {
     medium_t medium;
 
     /* data between the tasks, in addition to the setpoint of the medium task */
-    window_t window;         /* the newest closed one; the medium task reads it until it is done */
-    uint32_t handed;         /* [windows] closed and handed over, by the fast task */
-    uint32_t done;           /* [windows] whose setpoint is ready, by the medium task */
-    setpoint_t setpoints[2]; /* of the medium task: the active one and the next */
-    uint32_t acting;         /* [-] index of the active one, by the fast task */
+    window_t window;          /* the newest closed one; the medium task reads it until it is done */
+    uint32_t handed;          /* [windows] closed and handed over, by the fast task */
+    uint32_t done;            /* [windows] whose setpoint is ready, by the medium task */
+    setpoint_t setpoints[2];  /* of the medium task: the active one and the next */
+    uint32_t acting;          /* [-] index of the active one, by the fast task */
+    uint32_t medium_in_force; /* [-] index of the tuning of the medium task, by the fast task */
+    uint32_t medium_has;      /* [-] the same, once the medium task has taken it over */
     int32_t opens; /* [-] reason_t by which the medium task opens the bridge before its setpoint acts */
 
     /* displayed state of the state machine: that of the medium task, from the time when its setpoint acts; a
@@ -75,10 +77,8 @@ typedef struct {
 
     /* inputs */
     requests_t requests;
-    uint32_t offered;         /* [-] 1: the background offers a tuning */
-    uint32_t in_force;        /* [-] index of the active tuning, by the fast task */
-    uint32_t medium_in_force; /* [-] the same at the end of the last window, for the medium task */
-    uint32_t medium_has;      /* [-] index of the tuning that the medium task has taken over */
+    uint32_t offered;  /* [-] 1: the background offers a tuning */
+    uint32_t in_force; /* [-] index of the active tuning, by the fast task */
 
     drive_tuning_t tunings[2]; /* all before this one is the state that a replay begins with */
 

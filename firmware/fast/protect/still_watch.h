@@ -113,7 +113,14 @@ static inline void still_watch_remember(still_watch_t *watch, const ab_t *voltag
  * without a change. */
 static inline uint32_t still_watch_moved(const uint32_t still[3], uint32_t periods)
 {
-    return (still[0] < periods ? 1u : 0u) | (still[1] < periods ? 2u : 0u) | (still[2] < periods ? 4u : 0u);
+    uint32_t moved = still[0] < periods ? 1u : 0u;
+    if (still[1] < periods) {
+        moved |= 2u;
+    }
+    if (still[2] < periods) {
+        moved |= 4u;
+    }
+    return moved;
 }
 
 /* The jump of the voltage of each phase [V]: the sum of the last two of three periods, minus twice the

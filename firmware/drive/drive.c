@@ -66,6 +66,7 @@ static bool turn_window(drive_t *drive, const setpoint_t *before)
     fast_close(&drive->fast, before, &drive->window);
     drive->acting ^= 1u;
     drive->medium_in_force = drive->in_force;
+    drive->due = drive->offered;
     show(drive);
     drive->opens = (int32_t)REASON_NONE;
     fast_turn(&drive->fast, &drive->setpoints[drive->acting], before);
@@ -73,19 +74,20 @@ static bool turn_window(drive_t *drive, const setpoint_t *before)
     return true;
 }
 
-/* The fast task takes over an offered tuning. The medium task begins its present window with the previous
- * one, and finishes it before the background continues, which then has the previous tuning. */
+/* The fast task takes over an offered tuning that is not withdrawn; the medium task, with its next window. */
 static void turn_tuning(drive_t *drive)
 {
-    const fast_tuning_t *before = &drive->tunings[drive->in_force].fast;
-    drive->in_force ^= 1u;
-    drive->offered = 0u;
-    fast_take_tuning(&drive->fast, orders_of(drive), before);
+    drive->due = 0u;
+    if (drive->offered != 0u) {
+        drive->in_force ^= 1u;
+        drive->offered = 0u;
+        fast_take_tuning(&drive->fast, orders_of(drive), &drive_idle_tuning(drive)->fast);
+    }
 }
 
 bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
-    if (drive->offered != 0u && fast_may_tune(&drive->fast)) {
+    if (drive->due != 0u && drive->fast.sum.periods == 1u) {
         turn_tuning(drive);
     }
     const fast_orders_t orders = orders_of(drive);
@@ -135,8 +137,7 @@ static void start(drive_t *drive)
     medium_init(&drive->medium, &drive->tunings[drive->in_force].medium);
     drive->setpoints[0] = drive->medium.setpoint;
     drive->setpoints[1] = drive->medium.setpoint;
-    const fast_orders_t orders = orders_of(drive);
-    fast_init(&drive->fast, orders);
+    fast_init(&drive->fast, orders_of(drive));
 }
 
 void drive_init(drive_t *drive, const params_t *params)

@@ -21,8 +21,8 @@
  * the frame that the setpoint names.
  *
  * Parameters change by a swap of two tunings: one is active, and the background prepares a new set in the
- * other and offers it. In the second period of a window the fast task changes one index, the medium task
- * follows with its next window, and the previous tuning becomes idle. */
+ * other and offers it. In the second period of the next window the fast task changes one index, the medium
+ * task follows with its next window, and the previous tuning becomes idle. */
 #ifndef DRIVE_DRIVE_H
 #define DRIVE_DRIVE_H
 
@@ -78,6 +78,7 @@ typedef struct {
     /* inputs */
     requests_t requests;
     uint32_t offered;  /* [-] 1: the background offers a tuning */
+    uint32_t due;      /* [-] 1: it offered one at the end of the last window */
     uint32_t in_force; /* [-] index of the active tuning, by the fast task */
 
     drive_tuning_t tunings[2]; /* all before this one is the state that a replay begins with */
@@ -97,7 +98,8 @@ static inline drive_tuning_t *drive_idle_tuning(drive_t *drive)
 }
 
 /* Called between two periods: the fast task takes over the tuning that the background has prepared in
- * drive_idle_tuning() in the next second period of a window, and the medium task with its next window. The
+ * drive_idle_tuning() in the second period of the next window, no matter in which period of the present one
+ * it is offered, and the medium task with the window after it. The
  * states of control are kept, so a running drive continues without a step. An offered tuning must not be
  * written: call drive_withdraw() first. */
 void drive_offer(drive_t *drive);

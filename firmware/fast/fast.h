@@ -161,12 +161,6 @@ void fast_init(fast_t *fast, fast_orders_t orders);
  * needs the previous setpoint, or that must be done before a possible trip. */
 void fast_turn(fast_t *fast, const setpoint_t *setpoint, const setpoint_t *before);
 
-/* true: the next period is the second one of a window whose setpoint was in time. */
-static inline bool fast_may_tune(const fast_t *fast)
-{
-    return fast->sum.periods == 1u && fast->given.late == 0u;
-}
-
 /* Continues with the tuning of these orders in place of `before`. */
 void fast_take_tuning(fast_t *fast, fast_orders_t orders, const fast_tuning_t *before);
 

@@ -145,8 +145,9 @@ class Replay(command_line.TestCase):
         lines = text.splitlines(keepends=True)
         first = next(n for n, line in enumerate(lines) if line.startswith("slots ")) + 1
         slots = "".join(lines[first:-1]).split()
-        at = 20 + 4 * 100  # after the head, and 100 periods later
-        slots[at] = f"{int(slots[at], 16) ^ 0x40:08x}"  # changes a value of sensor a by 64 codes
+        for period in range(0, 120, 20):  # the replay begins in one of the first of them, and contains a later one
+            at = 20 + 4 * period  # after the head
+            slots[at] = f"{int(slots[at], 16) ^ 0x40:08x}"  # changes a value of sensor a by 64 codes
         body = "\n".join(" ".join(slots[n:n + 8]) for n in range(0, len(slots), 8)) + "\n"
         self.write("run.replay", sealed("".join(lines[:first]) + body + lines[-1]))
         self.expect(1, lagless("replay", path), "DIFFERENT   duties or gates from period")

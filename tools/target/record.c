@@ -18,9 +18,10 @@
 /* ---- the output file ---- */
 
 static FILE *file;
-static uint32_t recorded, length;                   /* [periods] of this part: so far, in all */
-static params_t prepared;                           /* the newest set whose tuning was prepared, */
-static assumed_t prepared_with;                     /* with this assumption */
+static uint32_t recorded, length; /* [periods] of this part: so far, in all */
+static params_t prepared;         /* the newest set whose tuning was prepared, */
+static assumed_t prepared_with;   /* with this assumption */
+static bool unrecorded;           /* the tuning of the last drive_prepare() is not in the recording yet */
 static void (*tampering)(drive_samples_t *samples); /* with the samples of the sensors; NULL: none */
 
 static void put(uint32_t word)
@@ -56,6 +57,7 @@ void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const 
 {
     prepared = *params;
     prepared_with = *assumed;
+    unrecorded = true;
     __real_drive_prepare(tuning, params, assumed);
 }
 
@@ -74,8 +76,10 @@ bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
     if (recorded++ == 0u) {
         put_table(&params_table, &prepared); /* an offer before the first period takes effect at once */
     }
-    put(drive->offered);
-    if (drive->offered != 0u) {
+    const bool offers = drive->offered != 0u && unrecorded;
+    put(offers ? 1u : 0u);
+    if (offers) {
+        unrecorded = false;
         put_table(&params_table, &prepared);
         put_words(&prepared_with, ASSUMED_SLOTS);
     }

@@ -6,12 +6,9 @@
  *                  number of periods
  *                  1: a worst case that has to fit the interrupt; 0: for information
  *                  all slots of the parameters with which the drive is made, because a part is a power-on
- *     each period  1, all slots of the parameters whose tuning is offered to this step, and the assumed
- *                  values; or 0
- *                  all slots of the active requests
- *                  samples
- *                  all slots of the signals after the step
- *                  command: duties, gates, outputs
+ *     each period  1, all slots of the parameters whose tuning is offered to this step and was not before,
+ * and the assumed values; or 0 all slots of the active requests samples all slots of the signals after the
+ * step command: duties, gates, outputs
  *
  * Slots are in the order of their table; a float is its bits. The magic number identifies the estimator of
  * the drive. The first part is an ordinary second; the others force rare events. */

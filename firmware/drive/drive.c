@@ -18,8 +18,7 @@ static void show_fault(drive_t *drive, const drive_fault_t *fault)
     drive->fault = *fault;
 }
 
-/* The fast task has opened the bridge. That is a fault, which the medium task latches with the window. It
- * does not replace an earlier one. */
+/* The fast task has opened the bridge, and the medium task latches this fault, if it is the first one. */
 static void show_stop(drive_t *drive)
 {
     drive_fault_t fault = drive->fast.report.window.stop;
@@ -74,7 +73,7 @@ static bool turn_window(drive_t *drive, const setpoint_t *before)
     return true;
 }
 
-/* The fast task takes over an offered tuning that is not withdrawn; the medium task, with its next window. */
+/* The fast task takes over an offered tuning; the medium task follows with its next window. */
 static void turn_tuning(drive_t *drive)
 {
     drive->due = 0u;

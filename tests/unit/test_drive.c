@@ -384,7 +384,7 @@ static void test_an_offer_withdrawn_is_not_taken(void)
     params.dc_undervoltage = 100.0f;
     offer_params();
     drive_withdraw(&drive);
-    steps(10);
+    windows(3);
     expect_state(DRIVE_OPERATION_ENABLED);
     TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.medium.sequence.tuning.dc_undervoltage);
 }
@@ -399,8 +399,7 @@ static void test_a_new_set_reaches_every_part(void)
                       "motor_pole_pairs=2 start_speed=9 start_current=6 handover_speed=25 fallback_speed=11 "
                       "position_source=sensorless");
     offer_params();
-    windows(1);
-    steps(1);
+    windows(3); /* the fast task takes it over in the second one, the medium task with the third */
     const fast_tuning_t *fast = &drive.tunings[drive.in_force].fast;
     TEST_ASSERT_EQUAL_UINT32(64u + 1024u, fast->measure.periods);
     TEST_ASSERT_EQUAL_FLOAT(13.0f, fast->guard.limit[FAULT_LIMIT_OVERCURRENT]);

@@ -537,7 +537,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     background_offers(true);
     expect_offered(1.1f);
     interrupt();
-    sample(); /* a window begins with this sample */
+    interrupt(); /* both tasks have it at the end of the next window */
     expect_share(1.1f, app->drive.fast.current_control.inductance_q);
     learnt(1.2f);
     background_offers(false);
@@ -596,7 +596,7 @@ static void test_learnt_inertia_goes_into_gains_and_torque(void)
     app->staged.torque_feedforward = 1.0f;
     apply();
     interrupt();
-    sample();
+    interrupt();
     const float kp = app->drive.medium.manoeuvres.run.speed.pi.tuning.kp;
 #ifndef LAGLESS_ESTIMATOR_FIXED
     const float told = app->drive.fast.estimator.tracker.torque_feedforward;
@@ -608,7 +608,7 @@ static void test_learnt_inertia_goes_into_gains_and_torque(void)
     periods(1000u);
     background();
     interrupt();
-    sample(); /* a window begins with this sample */
+    interrupt(); /* both tasks have it at the end of the next window */
     TEST_ASSERT_FLOAT_WITHIN(1e-5f * kp, 1.5f * kp, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 #ifndef LAGLESS_ESTIMATOR_FIXED
     TEST_ASSERT_FLOAT_WITHIN(1e-5f * told, told / 1.5f, app->drive.fast.estimator.tracker.torque_feedforward);
@@ -625,7 +625,7 @@ static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
     learnt(1.1f);
     background();
     interrupt();
-    sample(); /* a window begins with this sample */
+    interrupt(); /* both tasks have it at the end of the next window */
     expect_share(1.1f, app->drive.fast.current_control.inductance_q);
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 }

@@ -66,14 +66,14 @@ static void test_voltage_stays_when_the_frame_turns(void)
     for (int n = 0; n < 8; n++) {
         setUp();
         given_operation(700u);
-        const float turned = 17.0f * DRIVE_PERIOD * OMEGA_E; /* until the new source acts */
+        const float turned = 25.0f * DRIVE_PERIOD * OMEGA_E; /* until the new source acts */
         const float angle = drive.fast.demand.frame.theta_e + 0.4f + 0.7f * (float)n - turned;
         chosen_lock(&drive.fast.estimator, (position_t){angle_wrap(angle), OMEGA_E},
                     drive.fast.estimator.estimate.amplitude);
         claim();
         params.position_source = POSITION_SENSORLESS;
         offer_params();
-        for (uint32_t k = 0; k < 2u * DRIVE_WINDOW; k++) { /* until the new source acts */
+        for (uint32_t k = 0; k < 3u * DRIVE_WINDOW; k++) { /* until the new source acts */
             claim();
             steps(1);
         }
@@ -99,7 +99,7 @@ static void test_the_observed_emf_takes_the_place_of_the_integral(void)
                 drive.fast.estimator.estimate.amplitude);
     params.position_source = POSITION_SENSORLESS;
     offer_params();
-    for (uint32_t k = 0; k < 3u * DRIVE_WINDOW; k++) {
+    for (uint32_t k = 0; k < 4u * DRIVE_WINDOW; k++) {
         claim();
         const double complex before = made();
         const int32_t origin = drive.fast.demand.origin;

@@ -43,15 +43,21 @@ void guard_init(guard_t *guard)
     memset(guard, 0, sizeof *guard);
 }
 
+/* The rows with this condition and rate if the condition is met, i.e. `met` is not zero. */
+static inline fault_set_t rows_if(uint32_t met, fault_when_t when, fault_rate_t of)
+{
+    return met != 0u ? rows_at(when, of) : fault_set_none();
+}
+
 /* The rows of a rate whose condition (fault_when_t) is met now. */
 static inline fault_set_t counting(uint32_t now, fault_rate_t of)
 {
-    const fault_set_t none = fault_set_none();
-    const fault_set_t turning =
-        fault_set_both((now & GUARD_ENCODER) != 0u ? rows_at(FAULT_ENCODER, of) : none,
-                       (now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING, of) : none);
-    const fault_set_t on = fault_set_both((now & GUARD_RUNNING) != 0u ? rows_at(FAULT_RUNNING, of) : none,
-                                          (now & GUARD_SUPPLIED) != 0u ? rows_at(FAULT_SUPPLIED, of) : none);
+    const fault_set_t encoder = rows_if(now & GUARD_ENCODER, FAULT_ENCODER, of);
+    const fault_set_t tracking = rows_if(now & GUARD_TRACKING, FAULT_TRACKING, of);
+    const fault_set_t running = rows_if(now & GUARD_RUNNING, FAULT_RUNNING, of);
+    const fault_set_t supplied = rows_if(now & GUARD_SUPPLIED, FAULT_SUPPLIED, of);
+    const fault_set_t on = fault_set_both(running, supplied);
+    const fault_set_t turning = fault_set_both(encoder, tracking);
     return fault_set_both(rows_at(FAULT_ALWAYS, of), fault_set_both(on, turning));
 }
 

@@ -113,7 +113,7 @@ static inline void still_watch_remember(still_watch_t *watch, const ab_t *voltag
  * without a change. */
 static inline uint32_t still_watch_moved(const uint32_t still[3], uint32_t periods)
 {
-    uint32_t moved = still[0] < periods ? 1u : 0u;
+    uint32_t moved = still[0] < periods ? UINT32_C(1) : UINT32_C(0);
     if (still[1] < periods) {
         moved |= 2u;
     }

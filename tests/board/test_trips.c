@@ -178,7 +178,7 @@ static void test_the_largest_trip_is_seen_in_each_direction(void)
     const double seen = fmin(BOARD_CURRENT_ZERO_MV, 3000.0 - BOARD_CURRENT_ZERO_MV) *
                         fabs((double)BOARD_CURRENT_STEP_MA) / BOARD_CURRENT_STEP_MV / 1e3;
     run_parameter(rig, "overcurrent_trip", 0.9499 * seen);
-    rig_run(rig, DRIVE_WINDOW); /* a set takes effect at the end of a window */
+    rig_run(rig, 2u * DRIVE_WINDOW); /* a set takes effect in the second period of the next window */
     expect_trip_at(0.9499 * seen);
 }
 
@@ -240,7 +240,7 @@ static void test_link_trips_at_the_board_s_voltages(void)
 static void test_the_largest_overvoltage_trip_is_seen(void)
 {
     run_parameter(rig, "dc_overvoltage", BOARD_OVERVOLTAGE_MAX_MV / 1e3);
-    rig_run(rig, DRIVE_WINDOW); /* a set takes effect at the end of a window */
+    rig_run(rig, 2u * DRIVE_WINDOW); /* a set takes effect in the second period of the next window */
     expect_link_trip(BOARD_OVERVOLTAGE_MAX_MV / 1e3, 1.0, 2u, REASON_DC_OVERVOLTAGE);
 }
 

@@ -39,7 +39,7 @@ SECTIONS
                       *(.text:float_of_bits) *(.text:follow) *(.text:is_edge) *(.text:tap_slot_at) *(.text:value_of)
                       *(.text:watch)
                       /* firmware/drive/drive.c */
-                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:fast_may_tune) *(.text:float_bits)
+                      *(.text:drive_idle_tuning) *(.text:drive_step) *(.text:fast_bridge_on) *(.text:float_bits)
                       *(.text:orders_of) *(.text:turn_window)
                       /* firmware/estimator/encoder.c */
                       *(.text:encoder_phase)
@@ -124,7 +124,7 @@ SECTIONS
                       *(.text:reference_force) *(.text:reference_obey) *(.text:reference_rest) *(.text:reference_run_locked)
                       *(.text:reference_take)
                       /* firmware/guard/guard.c */
-                      *(.text:fault_set_common) *(.text:fault_set_has)
+                      *(.text:fault_set_common) *(.text:fault_set_has) *(.text:rows_if)
                       /* firmware/math/pi.c */
                       *(.text:pi_reset)
                       /* firmware/math/tanh.c */

@@ -51,7 +51,7 @@ void rig_estimator_record(rig_t *rig, void *record)
 {
     estimator_record_t *to = record;
     const drive_t *drive = &rig->state.app.drive;
-    rig_run(rig, DRIVE_WINDOW + 1u); /* takes an offered tuning if there is one */
+    rig_run(rig, 2u * DRIVE_WINDOW + 1u); /* takes an offered tuning if there is one */
     to->start = drive->fast.estimator;
     for (uint32_t n = 0; n < RIG_ESTIMATOR_STEPS; n++) {
         const setpoint_t *setpoint =

@@ -395,7 +395,7 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     fast->period++;
     measure_step(&fast->measure, samples, setpoint->trim);
     estimate_position(fast, orders);
-    const bool left = fast_trip(fast, orders);
+    const bool left = fast_trip(fast, orders, samples);
     sum_up(fast);
     if (setpoint->gates != 0u && fast->bridge.open == 0u) {
         run(fast, orders, left);

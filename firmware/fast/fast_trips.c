@@ -61,13 +61,14 @@ static int32_t reason_of(const fast_t *fast, const fast_limits_t *limits)
     return reason == (int32_t)REASON_OVERSPEED && steps ? (int32_t)REASON_ENCODER_JUMP : reason;
 }
 
-void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong)
+void fast_judge_trips(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples,
+                      uint32_t encoder_wrong)
 {
     guard_input_t input = fast_trip_input(fast, orders.setpoint, encoder_wrong);
     measured_t expected;
     if (fast->measure.measured.good == 0u) {
         expected = fast->measure.measured;
-        expected.current_abc = measure_expected(&fast->measure);
+        expected.current_abc = measure_expected(&fast->measure, samples);
         input.measured = &expected;
     }
     /* the medium task judges a loop that has lost the rotor, and catches the rotor again */

@@ -15,7 +15,8 @@ uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders);
 
 /* Judges the rows of the fault table that have the rate EACH. It is called in the periods in which one of
  * them holds or has held. */
-void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong);
+void fast_judge_trips(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples,
+                      uint32_t encoder_wrong);
 
 /* Judges a current sensor whose value does not change while control requires another current. The medium task
  * would detect it too late. */
@@ -52,7 +53,7 @@ static inline guard_input_t fast_trip_input(const fast_t *fast, const setpoint_t
 }
 
 /* Evaluates the rows of the fault table of each period. true: control has left the encoder. */
-static inline bool fast_trip(fast_t *fast, fast_orders_t orders)
+static inline bool fast_trip(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples)
 {
     const fast_tuning_t *tuning = orders.tuning;
     uint32_t encoder_wrong = 0u;
@@ -65,7 +66,7 @@ static inline bool fast_trip(fast_t *fast, fast_orders_t orders)
     const guard_input_t input = fast_trip_input(fast, orders.setpoint, encoder_wrong);
     if (!guard_is_calm(&fast->trips, &tuning->guard, &input, FAULT_EACH)) {
         fast_judge_trips(
-            fast, orders,
+            fast, orders, samples,
             encoder_wrong); /* the input is built again, because a variable would be stored in each period */
     }
     if (still_watch_count(&fast->still_watch, &tuning->still_watch, &fast->measure.measured.current_abc)) {

@@ -208,3 +208,19 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
     rest->unsure = moved || again ? UINT32_C(1) : UINT32_C(0);
     return true;
 }
+
+static float expected(float sample, float offset, float last, float before)
+{
+    return bounds_within(sample - MEASURE_MIDDLE, MEASURE_HALF) ? sample - offset : 2.0f * last - before;
+}
+
+abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples)
+{
+    const abc_t offset = measure->offset;
+    const abc_t last = measure->measured.current_abc;
+    const abc_t before = measure->before;
+    return (abc_t){expected(samples->i_a, offset.a, last.a, before.a),
+                   expected(samples->i_b, offset.b, last.b, before.b),
+                   DRIVE_CURRENT_SENSORS == 3 ? expected(samples->i_c, offset.c, last.c, before.c)
+                                              : 2.0f * last.c - before.c};
+}

@@ -160,15 +160,11 @@ static inline bool measure_current_flows(const measured_t *measured)
     return i.alpha * i.alpha + i.beta * i.beta > MEASURE_QUIET * MEASURE_QUIET;
 }
 
-/* The phase currents [A] that are compared with limits in place of those of an invalid sample: the last two
- * samples are extrapolated, so that a growing current continues to grow. A sensor that reaches its limit in
- * this way is not broken. */
-static inline abc_t measure_expected(const measure_t *measure)
-{
-    const abc_t last = measure->measured.current_abc;
-    const abc_t before = measure->before;
-    return (abc_t){2.0f * last.a - before.a, 2.0f * last.b - before.b, 2.0f * last.c - before.c};
-}
+/* The phase currents [A] that are compared with limits in the period of an invalid sample. A current sensor
+ * that is within its range has its own value. In place of another one, and of phase c without a sensor of its
+ * own, the last two good samples are extrapolated, so that a growing current continues to grow: a sensor that
+ * reaches its limit in this way is not broken. */
+abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples);
 
 /* Mean square of the noise of a sensor [A^2], from the last calibration. */
 static inline float measure_noise(const measure_t *measure)

@@ -51,11 +51,31 @@ static uint32_t ends(const campaign_injected_t *injected, const campaign_fault_t
     return campaign_periods(injected->time + lasts + AFTERWARDS);
 }
 
-/* Error that the fault adds to the measured currents [A]. */
+/* Largest difference of the offsets of two sensors whose signals are exchanged at this time [A]; `pair` as in
+ * plant.swap_currents. The drift of the offsets has opposite signs in the sensors a and b, and c has no
+ * offset.
+ */
+static double offset_between(const campaign_case_t *drawn, double pair, double time)
+{
+    double drift = 0.0;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        const campaign_event_t *event = &drawn->events[n];
+        drift = event->kind == CAMPAIGN_V_DRIFT && event->time < time ? event->value : drift;
+    }
+    const double a = CAMPAIGN_VALUE(drawn, offset_a) + drift;
+    const double b = CAMPAIGN_VALUE(drawn, offset_b) - drift;
+    return pair == 3.0 ? fabs(a - b) : fabs(pair == 2.0 ? a : b);
+}
+
+/* Error that the fault adds to the measured currents [A]: the step of an offset, or the offset of the sensor
+ * with which a sensor is exchanged. */
 static double offset_of(const campaign_case_t *drawn, const campaign_motor_t *motor,
                         const campaign_injected_t *injected)
 {
     const char *const row = campaign_faults[injected->kind].row;
+    if (strcmp(row, "swap_currents") == 0) {
+        return offset_between(drawn, injected->value, injected->time);
+    }
     const bool a = strcmp(row, "current_offset_a") == 0;
     const double before = a ? CAMPAIGN_VALUE(drawn, offset_a) : CAMPAIGN_VALUE(drawn, offset_b);
     return a || strcmp(row, "current_offset_b") == 0 ? fabs(injected->value * motor->current - before) : 0.0;

@@ -382,6 +382,26 @@ static void test_an_offset_of_a_sensor_adds_to_the_limit_of_the_current(void)
     carry(18.0, CAMPAIGN_I_CURRENT, "afterwards");
 }
 
+/* With offsets of 0.5 A, -0.25 A and none, exchanged sensors differ by 0.25, 0.5 and 0.75 A. A drift by
+ * -0.125 A makes these 0.125, 0.375 and 0.5 A from its time on. */
+static void test_the_offset_of_an_exchanged_sensor_adds_to_the_limit_of_the_current(void)
+{
+    static const struct {
+        double pair, drifts, offset; /* [-], [s], [A] */
+    } cases[] = {{1.0, 1.0, 0.25},   {2.0, 1.0, 0.5},    {3.0, 1.0, 0.75},
+                 {1.0, -1.0, 0.125}, {2.0, -1.0, 0.375}, {3.0, -1.0, 0.5}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("");
+        observed.quantities[CAMPAIGN_Q_offset_a] = 0.5;
+        observed.quantities[CAMPAIGN_Q_offset_b] = -0.25;
+        observed.event_count = 1u;
+        observed.events[0] =
+            (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = cases[n].drifts, .value = -0.125};
+        inject("swap_currents", cases[n].pair, 0.0);
+        carry(18.0 + cases[n].offset, CAMPAIGN_I_CURRENT, "exchanged");
+    }
+}
+
 static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
 {
     judge_anew("swap_phases");

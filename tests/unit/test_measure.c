@@ -206,6 +206,41 @@ static void test_offsets_are_the_mean(void)
     expect_abc(0.4f, -0.2f, 0.15f, measure.offset);
 }
 
+/* In the period of an invalid sample, a sensor within its range has its own value, here minus its offset of
+ * 0.1, -0.2 and 0.1 A. Another one continues the line of the last two good samples: 3 and 4 A continue with 5
+ * A, -1 and -1.5 A with -2 A, and -2 and -2.5 A with -3 A. Phase c without a sensor of its own always does.
+ */
+static void test_a_bad_sample_is_expected_on_the_line_of_the_others(void)
+{
+    static const struct {
+        float a, b, c; /* [A] samples */
+        abc_t three;   /* [A] expected, with three sensors */
+    } cases[] = {{NAN, -7.0f, -2.2f, {5.0f, -6.8f, -2.3f}},
+                 {-7.0f, 1e3f, -2.2f, {-7.1f, -2.0f, -2.3f}},
+                 {4.0f, -7.0f, -1e3f, {3.9f, -6.8f, -3.0f}}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        measure.offset = (abc_t){0.1f, -0.2f, 0.1f};
+        samples.i_a = 3.1f;
+        samples.i_b = -1.2f;
+        samples.i_c = -1.9f;
+        measure_step(&measure, &samples, NO_TRIM);
+        samples.i_a = 4.1f;
+        samples.i_b = -1.7f;
+        samples.i_c = -2.4f;
+        measure_step(&measure, &samples, NO_TRIM);
+        samples.i_a = cases[n].a;
+        samples.i_b = cases[n].b;
+        samples.i_c = cases[n].c;
+        measure_step(&measure, &samples, NO_TRIM);
+        TEST_ASSERT_EQUAL_UINT32(0u, measure.measured.good);
+        const abc_t expected = measure_expected(&measure, &samples);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].three.a, expected.a);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].three.b, expected.b);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, DRIVE_CURRENT_SENSORS == 3 ? cases[n].three.c : -3.0f, expected.c);
+    }
+}
+
 /* Bad samples are neither counted nor averaged, in the settling and after it: if every third sample is
  * bad, the calibration takes 1.5 times as long. */
 static void test_bad_samples_are_left_out(void)

@@ -146,7 +146,7 @@ typedef enum {
     V(CURRENT,     EVEN, -0.3, 0.3,  "mode = current, and i_q_request divided by the rated current") \
     V(SOURCE,      EVEN, 0.0,  0.0,  "position_source changes to the other source") \
     V(RESET,       EVEN, 0.0,  0.0,  "fault_reset = yes") \
-    V(DRIFT,       EVEN, CAMPAIGN_RANGE(-0.5), CAMPAIGN_RANGE(0.5), "the offset of one current sensor changes by this value in A, that of the other by the opposite value") \
+    V(DRIFT,       EVEN, CAMPAIGN_RANGE(-0.5), CAMPAIGN_RANGE(0.5), "the offset of one current sensor changes by this value in A, at most 0.4 of overcurrent_trip, that of the other by the opposite value") \
     V(PARAMS,      EVEN, 0.0,  4.0,  "a parameter changes; the integer part is its number, the fraction the size of the change")
 /* clang-format on */
 

@@ -229,14 +229,17 @@ static double draw(source_t *source, campaign_law_t law, double initial, double 
     return least + u * (most - least);
 }
 
+/* Two drifts in opposite directions show a current of twice this share of the trip while none flows, until
+ * the drive has measured the offsets anew. More than the trip would be an overcurrent to every drive. */
+#define DRIFT_MOST 0.4 /* [-] of overcurrent_trip */
+
 static void add(campaign_case_t *drawn, source_t *source, campaign_event_kind_t kind, double time)
 {
     if (drawn->event_count < CAMPAIGN_EVENTS_MAX && time < drawn->seconds) {
-        drawn->events[drawn->event_count++] = (campaign_event_t){
-            .kind = kind,
-            .time = time,
-            .value = draw(source, events[kind].law, 0.0, events[kind].least, events[kind].most),
-        };
+        const double value = draw(source, events[kind].law, 0.0, events[kind].least, events[kind].most);
+        const double most = kind == CAMPAIGN_V_DRIFT ? DRIFT_MOST * campaign_trip(drawn) : (double)INFINITY;
+        drawn->events[drawn->event_count++] =
+            (campaign_event_t){.kind = kind, .time = time, .value = fmin(fmax(value, -most), most)};
     }
 }
 

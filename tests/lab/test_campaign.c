@@ -139,8 +139,9 @@ static void test_what_is_drawn_is_accepted(void)
 }
 
 /* A sensor that shows more than current_offset_max without current is refused, so that a drift and the offset
- * before it must be less: on every board. */
-static void test_no_drift_makes_an_offset_that_the_drive_refuses(void)
+ * before it must be less: on every board. A step from one drift to the opposite one must not show a current
+ * of more than overcurrent_trip. */
+static void test_no_drift_makes_an_offset_that_the_drive_refuses_or_an_overcurrent(void)
 {
     const double most = rig_initial_named("current_offset_max");
     uint32_t drifts = 0;
@@ -152,6 +153,7 @@ static void test_no_drift_makes_an_offset_that_the_drive_refuses(void)
             drifts += value != 0.0 ? 1u : 0u;
             TEST_ASSERT_TRUE(fabs(CAMPAIGN_VALUE(&drawn, offset_a) + value) < most);
             TEST_ASSERT_TRUE(fabs(CAMPAIGN_VALUE(&drawn, offset_b) - value) < most);
+            TEST_ASSERT_TRUE(2.0 * fabs(value) < 0.9 * campaign_trip(&drawn));
         }
     }
     TEST_ASSERT_TRUE(drifts > DRAWN / 10u);

@@ -1,5 +1,6 @@
 /* The catch with an EMF of known course: e = j omega psi_f exp(j theta). */
 #include "fast/reference/catch.h"
+#include "tests/unit/scatter.h"
 #include "tests/unit/vectors.h"
 
 #define T         1e-4
@@ -198,6 +199,28 @@ static void test_ripple_as_long_as_an_emf_is_no_rotor(void)
         outcome = step(emf_of(omega, omega * T * n) + ripple, LINK);
     }
     TEST_ASSERT_EQUAL_INT(CATCH_STANDING, outcome);
+}
+
+/* A rotor at ten times the least speed, with noise on both axes of its EMF. Its length is that of a rotor at
+ * five times this speed if the standard deviation of the noise is four times the EMF. With a quarter of the
+ * EMF it remains a rotor: the low-pass leaves a fifth of the noise, and the length grows by 3 %. */
+static void test_noise_longer_than_the_emf_is_no_rotor(void)
+{
+    static const double sizes[] = {0.25, 4.0}; /* [-] standard deviation of the noise over the EMF */
+    static const catch_outcome_t outcomes[] = {CATCH_TURNING, CATCH_STANDING};
+    const double omega = 10.0 * SPEED_MIN;
+    for (size_t size = 0; size < 2u; size++) {
+        for (unsigned draw = 0; draw < 100u; draw++) {
+            catch_outcome_t outcome = CATCH_GOES_ON;
+            catch_enter(&catching, WHOLE, 0.0f);
+            for (uint32_t n = 0; outcome == CATCH_GOES_ON; n++) {
+                const double deviation = sizes[size] * PSI * omega;
+                const double complex error = deviation * (scatter_gauss() + J * scatter_gauss());
+                outcome = step(emf_of(omega, omega * T * n) + error, LINK);
+            }
+            TEST_ASSERT_EQUAL_INT(outcomes[size], outcome);
+        }
+    }
 }
 
 static void test_rotor_slower_than_the_least_speed_counts_as_at_standstill(void)

@@ -10,6 +10,7 @@
 #include "estimator/encoder.h"
 #include "medium/protect/encoder_watch.h"
 #include "tests/unit/compare.h"
+#include "tests/unit/scatter.h"
 
 #define T     1e-4
 #define EVERY 8u
@@ -325,23 +326,14 @@ static void test_the_emf_is_what_resistance_and_inductance_leave_of_the_voltage(
 /* Current noise of 0.5 A rms for 10 ms makes 5.5 and 7 V rms in the mean of two windows. The EMF is 11.5 V
  * at 150 r/min in one case and zero in the other: at most one of a thousand bursts may be taken for a
  * sign. */
-static double gauss(void)
-{
-    double sum = -6.0;
-    for (int n = 0; n < 12; n++) {
-        sum += (double)rand() / RAND_MAX;
-    }
-    return sum;
-}
-
 static bool burst_is_a_sign(double omega)
 {
     uint32_t seen = 0u;
     setUp();
     settle(omega);
     for (int n = 0; n < 13; n++) {
-        const double i_a = 0.5 * gauss();
-        const double i_b = 0.5 * gauss();
+        const double i_a = 0.5 * scatter_gauss();
+        const double i_b = 0.5 * scatter_gauss();
         current = (ab_t){(float)i_a, (float)((i_a + 2.0 * i_b) / sqrt(3.0))};
         seen |= judge(omega, 1.0, omega);
     }
@@ -455,8 +447,8 @@ static void test_noise_of_the_currents_does_not_hide_a_wire(void)
         bits = 0u;
         rotor = encoder = PI / 3.0 * n;
         for (; judgements < 1000u && bits == 0u; judgements++) {
-            const double i_alpha = (double)params.noise * gauss();
-            const double i_beta = (double)params.noise * gauss();
+            const double i_alpha = (double)params.noise * scatter_gauss();
+            const double i_beta = (double)params.noise * scatter_gauss();
             current = (ab_t){(float)i_alpha, (float)i_beta};
             bits = judge_with(0.5, 40.0, PI / 3.0 * n + 5.0 * PI / 180.0);
         }

@@ -13,6 +13,7 @@
 #define TRAIL_MOST    0.08f    /* [-] largest expected e x <e>/e^2: omega/200 of a slow rotor */
 #define TRAIL_PART    0.4f     /* [-] required part: a fast rotor makes 200/omega, enough up to 5000 rad/s */
 #define STEADY_PART   0.7f     /* [-] of the EMF of the slowest rotor: least mean in its frame */
+#define LENGTH_PART   0.6f     /* [-] of <|e|>: least mean in its frame; of noise alone 0.2 remains */
 #define CLEAR_OF_ZONE 3.0f     /* [-] of the doubtful current: b and c carry half of the current of a */
 #define LENGTH_CUTOFF 330.0f   /* [rad/s] of <|e|> */
 #define EMF_CUTOFF    600.0f   /* [rad/s] a fifth of the noise remains, 3 % of the start after 6 ms */
@@ -116,11 +117,14 @@ static float slip_of(const catch_t *catching, const catch_tuning_t *tuning, ab_t
     return bounds_clamp(catching->slip + natural * natural * tuning->period * sine, SLIP_MOST * speed);
 }
 
-/* true: the mean EMF in its frame is as long as that of the slowest rotor. Noise has a length but no mean. */
+/* true: the mean EMF in its frame is long enough for the slowest rotor, and not much shorter than the mean of
+ * the EMF's length. Noise has a length but no mean: where noise dominates, the length is no speed. */
 static bool is_steady(const catch_t *catching, const catch_tuning_t *tuning)
 {
     const ab_t emf = catching->seen.emf;
-    return emf.alpha * emf.alpha + emf.beta * emf.beta >= tuning->emf_min_square;
+    const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
+    const float length = LENGTH_PART * catching->seen.length;
+    return square >= tuning->emf_min_square && square >= length * length;
 }
 
 /* Speed from the turn of the EMF in a period [rad/s]: the arc of its sine by a series, within 0.06 % to 0.63

@@ -209,9 +209,12 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
     return true;
 }
 
-static float expected(float sample, float offset, float last, float before)
+/* Range of phase c's own sensor around the middle [A]; without one, no value is within it. */
+#define C_HALF (DRIVE_CURRENT_SENSORS == 3 ? MEASURE_HALF : -1.0f)
+
+static float expected(float sample, float half, float offset, float last, float before)
 {
-    return bounds_within(sample - MEASURE_MIDDLE, MEASURE_HALF) ? sample - offset : 2.0f * last - before;
+    return bounds_within(sample - MEASURE_MIDDLE, half) ? sample - offset : 2.0f * last - before;
 }
 
 abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples)
@@ -219,8 +222,7 @@ abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples)
     const abc_t offset = measure->offset;
     const abc_t last = measure->measured.current_abc;
     const abc_t before = measure->before;
-    return (abc_t){expected(samples->i_a, offset.a, last.a, before.a),
-                   expected(samples->i_b, offset.b, last.b, before.b),
-                   DRIVE_CURRENT_SENSORS == 3 ? expected(samples->i_c, offset.c, last.c, before.c)
-                                              : 2.0f * last.c - before.c};
+    return (abc_t){expected(samples->i_a, MEASURE_HALF, offset.a, last.a, before.a),
+                   expected(samples->i_b, MEASURE_HALF, offset.b, last.b, before.b),
+                   expected(samples->i_c, C_HALF, offset.c, last.c, before.c)};
 }

@@ -261,7 +261,7 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
     I(LEARN, "learn", 2.0, "mrad",                                                                           \
       "one of 8 runs, without a fault and without encoder, is 10 s longer and is done with and without "     \
       "learning; when both have been steady for 9 s, the rms angle error with learning is not larger by "    \
-      "more than this, unless each learnt value has at most half of the error of the configured one")
+      "more than this, unless each learnt value has a smaller error than the configured one")
 
 typedef enum {
 #define CAMPAIGN_INVARIANT(NAME, name, limit, unit, text) CAMPAIGN_I_##NAME,

@@ -13,8 +13,11 @@
 #define LEGS         3.0   /* [-] share of one leg in the mean of all */
 /* [-] of the true value: from this difference on a learnt value counts as changed */
 #define MOVED 0.005
-/* [-] of the error of the configured value: a learnt value with a smaller error cannot be the cause */
-#define NEARER 0.5
+/* [-] of the error of the configured value: a learnt value with a smaller error is not the cause of a larger
+ * mean. For small errors the mean of the angle error is a sum of one part for each value, proportional to the
+ * error of this value. If each part decreases and the sum becomes larger, then the errors of the configured
+ * values have compensated each other. */
+#define NEARER 1.0
 
 /* A load that depends on the angle keeps the angle error changing, independent of the learning. */
 static bool has_steady_load(const campaign_case_t *drawn)
@@ -62,18 +65,14 @@ static void keep_learnt(campaign_angles_t *angles, const uint32_t *rows)
     angles->truth[0] = angles->lost_time * campaign_number(rows, CAMPAIGN_AT_true_u_dc) + angles->drop;
 }
 
-/* true: the learnt values differ from the configured data, and are clearly nearer to the true ones. The
- * errors of two configured values may compensate each other in the angle. If one of them is then learnt
- * correctly, the angle becomes worse. */
+/* true: the learnt values differ from the configured ones, and are nearer to the true ones. */
 static bool is_truer(const campaign_angles_t *with, const campaign_angles_t *without)
 {
     bool truer = false;
     for (uint32_t n = 0; n < (uint32_t)CAMPAIGN_LEARNT_COUNT; n++) {
-        const double truth = n < CAMPAIGN_KNOWN ? with->truth[n] : 0.0;
+        const double truth = with->truth[n];
         const bool moved = fabs(with->learnt[n] - without->learnt[n]) > MOVED * fabs(truth);
-        const bool nearer =
-            n < CAMPAIGN_KNOWN && fabs(with->learnt[n] - truth) < NEARER * fabs(without->learnt[n] - truth);
-        if (moved && !nearer) {
+        if (moved && fabs(with->learnt[n] - truth) >= NEARER * fabs(without->learnt[n] - truth)) {
             return false;
         }
         truer = truer || moved;
@@ -104,14 +103,42 @@ void campaign_keep_angle(campaign_watch_t *watch, const uint32_t *rows)
     const bool steady = is_steady(angles, watch, rows);
     keep_learnt(angles, rows);
     angles->steady = angles->steady && steady;
-    angles->sum += error * error;
+    angles->squares += error * error;
+    angles->sum += error;
     angles->periods++;
     if (angles->periods >= campaign_periods(WINDOW)) {
-        angles->square[angles->windows++] = angles->steady ? (float)(angles->sum / angles->periods) : -1.0f;
+        angles->square[angles->windows] = angles->steady ? (float)(angles->squares / angles->periods) : -1.0f;
+        angles->mean[angles->windows++] = (float)(angles->sum / angles->periods);
+        angles->squares = 0.0;
         angles->sum = 0.0;
         angles->periods = 0u;
         angles->steady = true;
     }
+}
+
+/* The angle error over the windows that are steady in both runs. */
+typedef struct {
+    double square; /* [rad^2] sum of the mean squares of the windows */
+    double mean;   /* [rad] sum of their means */
+    uint32_t windows;
+} common_t;
+
+static common_t add(common_t common, const campaign_angles_t *angles, uint32_t window)
+{
+    return (common_t){common.square + (double)angles->square[window],
+                      common.mean + (double)angles->mean[window], common.windows + 1u};
+}
+
+static double rms(common_t common)
+{
+    return sqrt(common.square / common.windows);
+}
+
+/* The standard deviation. */
+static double ripple(common_t common)
+{
+    const double mean = common.mean / common.windows;
+    return sqrt(fmax(common.square / common.windows - mean * mean, 0.0));
 }
 
 void campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
@@ -119,21 +146,23 @@ void campaign_compare_angles(const campaign_angles_t *with, const campaign_angle
 {
     const uint32_t windows = with->windows < without->windows ? with->windows : without->windows;
     const double limit = 1e-3 * campaign_invariants[CAMPAIGN_I_LEARN].limit;
-    double squares[2] = {0.0, 0.0};
-    uint32_t common = 0;
+    common_t learnt = {0.0, 0.0, 0u};
+    common_t configured = {0.0, 0.0, 0u};
     uint32_t first = 0;
     uint32_t last = 0;
     for (uint32_t n = 0; n < windows; n++) {
         if (with->square[n] >= 0.0f && without->square[n] >= 0.0f) {
-            squares[0] += (double)with->square[n];
-            squares[1] += (double)without->square[n];
-            first = common == 0u ? n : first;
+            first = learnt.windows == 0u ? n : first;
             last = n;
-            common++;
+            learnt = add(learnt, with, n);
+            configured = add(configured, without, n);
         }
     }
-    if (common >= WINDOWS_MIN && !is_truer(with, without) &&
-        sqrt(squares[0] / common) > sqrt(squares[1] / common) + limit) {
+    if (learnt.windows < WINDOWS_MIN) {
+        return;
+    }
+    const bool worse = rms(learnt) > rms(configured) + limit;
+    if (worse && (ripple(learnt) > ripple(configured) + limit || !is_truer(with, without))) {
         result->end = CAMPAIGN_VIOLATED;
         result->invariant = CAMPAIGN_I_LEARN;
         result->from = first * campaign_periods(WINDOW);

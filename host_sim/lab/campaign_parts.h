@@ -122,15 +122,9 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(true_torque)                                                                                           \
     R(omega_m_ref)                                                                                           \
     R(i_d_ref) R(i_q_ref) R(frame_theta_e) R(speed_request) R(i_q_request) R(load_torque) CAMPAIGN_LEARNT(R)
-/* The values that the drive learns for its angle: first three values of the case, then the others. */
-#define CAMPAIGN_LEARNT(R)                                                                                   \
-    R(dead_time_hat)                                                                                         \
-    R(inductance_hat)                                                                                        \
-    R(resistance_hat)                                                                                        \
-    R(emf_shape_d_hat)                                                                                       \
-    R(emf_shape_q_hat)                                                                                       \
-    R(leg_voltage_alpha_hat)                                                                                 \
-    R(leg_voltage_beta_hat) R(leg_resistance_alpha_hat) R(leg_resistance_beta_hat)
+/* The learnt values that change the mean of the angle. Others, the shape of the EMF and differences of the
+ * legs, change only its ripple. */
+#define CAMPAIGN_LEARNT(R) R(dead_time_hat) R(inductance_hat) R(resistance_hat)
 #define CAMPAIGN_JUDGED(R)                                                                                   \
     CAMPAIGN_JUDGED_FLOATS(R)                                                                                \
     R(state) R(manoeuvre) R(sample_flags) R(enable) R(mode) R(refusal) R(fault_reason) R(coasting)
@@ -210,7 +204,6 @@ typedef struct {
 
 /* campaign_pair.c: the angle error of a run, for the comparison with the same run without learning. */
 #define CAMPAIGN_ANGLE_WINDOWS 512u
-#define CAMPAIGN_KNOWN         3u /* the first values of CAMPAIGN_LEARNT, which the case has */
 
 /* Number of values of CAMPAIGN_LEARNT. */
 #define CAMPAIGN_ONE_LEARNT(name) +1
@@ -219,17 +212,19 @@ enum { CAMPAIGN_LEARNT_COUNT = 0 CAMPAIGN_LEARNT(CAMPAIGN_ONE_LEARNT) };
 
 typedef struct {
     double learnt[CAMPAIGN_LEARNT_COUNT]; /* last values, in the order of CAMPAIGN_LEARNT */
-    double truth[CAMPAIGN_KNOWN];         /* [V], [H], [ohm] true values of the first ones */
+    double truth[CAMPAIGN_LEARNT_COUNT];  /* [V], [H], [ohm] their true values */
     double lost_time;                     /* [-] that a leg loses, over a period */
     double drop;                          /* [V] of a leg */
     double blind, rated;                  /* [rad/s] mechanical: least speed of the comparison; rated speed */
-    float
-        square[CAMPAIGN_ANGLE_WINDOWS]; /* [rad^2] mean of each window; below 0: the window was not steady */
+    /* [rad^2] mean square error of each window; below 0: the window was not steady */
+    float square[CAMPAIGN_ANGLE_WINDOWS];
+    float mean[CAMPAIGN_ANGLE_WINDOWS]; /* [rad] mean error of each window */
     uint32_t windows;                   /* number of complete windows */
     uint32_t wish[4];                   /* slots of the last requests, and of the load */
     uint32_t settled;                   /* [periods] since the request has changed */
     uint32_t periods;                   /* [periods] of the present window */
-    double sum;                         /* [rad^2] of the present window */
+    double squares;                     /* [rad^2] sum over the present window */
+    double sum;                         /* [rad] sum over the present window */
     bool steady;                        /* the present window has been steady until now */
 } campaign_angles_t;
 

@@ -221,6 +221,5 @@ void campaign_set_all(campaign_settings_t *to, const campaign_case_t *drawn, con
     if (drawn->unlearnt) {
         set(to, "inductance_adaptation", 0.0);
         set(to, "dead_time_adaptation", 0.0);
-        set(to, "inertia_adaptation", 0.0);
     }
 }

@@ -40,6 +40,7 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
         learn->effective = tuning->effective;
         learn->learnt = tuning->effective;
         learn->rate = tuning->rate;
+        learn->ripple = 1.0f;
         learn->begun = 0u;
     }
     if (tuning->rate != learn->tuning.rate) {
@@ -144,10 +145,11 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
 static void use(dead_time_learn_t *learn)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
-    const float share = learn->rate * tuning->per_rate;
-    const float chance = DEAD_TIME_LEARN_CHANCE * tuning->band * share * inverse_root(share);
+    const float chance = DEAD_TIME_LEARN_CHANCE * tuning->band * learn->rate * tuning->per_rate;
+    const float doubt = DEAD_TIME_LEARN_RIPPLE * tuning->band * learn->ripple;
     const bool differs = !bounds_within(learn->learnt - tuning->effective, chance);
-    learn->effective = differs ? learn->learnt : tuning->effective;
+    learn->effective =
+        !differs ? tuning->effective : learn->learnt + bounds_clamp(tuning->effective - learn->learnt, doubt);
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -171,12 +173,15 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
         return;
     }
     const float per_volt = inverse_root(input->link * input->link);
+    const float swing = tuning->swing * tuning->flux_linkage * input->omega_e_ref * inverse;
     const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
     const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
     learn->seen = time;
     const float seen = across * twelfth(along) * learn->way * per_volt;
     const float missed = (1.0f / (ALONG * POWER)) * seen;
-    const float wanted = learn->learnt + learn->rate * time * (learn->effective + missed - learn->learnt);
+    const float follows = learn->rate * time;
+    const float wanted = learn->learnt + follows * (learn->effective + missed - learn->learnt);
+    learn->ripple = lowpass_step(learn->ripple, follows, swing * swing);
     learn->rate = gain_step(learn->rate, tuning->rate, time);
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->learnt = wanted;

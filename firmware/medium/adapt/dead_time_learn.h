@@ -63,7 +63,8 @@
  * together with it. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
 #define DEAD_TIME_LEARN_NEAR    0.6f
-#define DEAD_TIME_LEARN_CHANCE  0.028f /* [-] of the dead band: effect of noise at the initial rate */
+#define DEAD_TIME_LEARN_RIPPLE  0.075f /* [-] of the dead band: effect of a wrong L at the largest ripple */
+#define DEAD_TIME_LEARN_CHANCE  0.08f  /* [-] of the dead band: effect of noise at the initial rate */
 
 typedef struct {
     float rate;         /* initial rate [1/s]; 0: off */
@@ -94,6 +95,7 @@ typedef struct {
     float effective; /* T_e/T in use [-] */
     float learnt;    /* T_e/T as learnt [-] */
     float rate;      /* present rate [1/s] */
+    float ripple; /* [-] mean of (DEAD_TIME_LEARN_SWINGS e T/(L |i|))^2 of the steps that `learnt` contains */
     uint32_t begun;  /* [-] 1: the following values belong to the last periods */
     ab_t emf_mean;   /* m(e) [V] */
     ab_t along_mean; /* m(u) [-] */

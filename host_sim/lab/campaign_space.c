@@ -310,10 +310,11 @@ void campaign_drop_drifts(campaign_case_t *drawn)
     drawn->event_count = kept;
 }
 
-/* A fault from this time on; a quarter of the faults ends again, after 10 to 300 ms. */
-static campaign_injected_t draw_fault(source_t *source, double from, double to)
+/* A fault from this time on; a quarter of the faults ends again, after 10 to 300 ms. `choice`, 0..1, selects
+ * the fault. */
+static campaign_injected_t draw_fault(source_t *source, double choice, double from, double to)
 {
-    campaign_injected_t fault = {1u + (uint32_t)(even(source) * (campaign_fault_count - 1u)), 0.0, 0.0, 0.0};
+    campaign_injected_t fault = {1u + (uint32_t)(choice * (campaign_fault_count - 1u)), 0.0, 0.0, 0.0};
     const campaign_fault_t *row = &campaign_faults[fault.kind];
     fault.time = time_from(source, from, to);
     fault.value = draw(source, row->law, 0.0, row->least, row->most);
@@ -321,6 +322,18 @@ static campaign_injected_t draw_fault(source_t *source, double from, double to)
         fault.lasts = whole(draw(source, CAMPAIGN_LOG, 0.0, 0.01, 0.3));
     }
     return fault;
+}
+
+/* Two numbers, 0..1, that spread evenly over the runs of a seed (Roberts' sequence R2), instead of at random:
+ * a campaign of some hundred runs then contains every fault. */
+#define SPREAD_STREAM UINT64_C(0x535052454144)
+
+static double spread(uint64_t seed, uint32_t run, uint32_t dimension)
+{
+    static const double steps[] = {0.7548776662466927, 0.5698402909980532}; /* 1/g, 1/g^2 with g^3 = g + 1 */
+    source_t begin = {seed ^ SPREAD_STREAM, dimension, 0u};
+    const double sum = even(&begin) + steps[dimension] * run;
+    return sum - floor(sum);
 }
 
 /* Salient motors are drawn from a separate random stream, so that they do not change the other runs of a
@@ -373,10 +386,10 @@ void campaign_draw(uint64_t seed, uint32_t run, double seconds, campaign_case_t 
     campaign_drop_drifts(drawn);
 
     /* in half of the runs one fault, in a tenth of them a second one after it */
-    if (even(&source) < 0.5) {
-        drawn->faults[0] = draw_fault(&source, 0.0, 0.95 * seconds);
+    if (spread(seed, run, 0u) < 0.5) {
+        drawn->faults[0] = draw_fault(&source, spread(seed, run, 1u), 0.0, 0.95 * seconds);
         if (even(&source) < 0.1) {
-            drawn->faults[1] = draw_fault(&source, drawn->faults[0].time, 0.95 * seconds);
+            drawn->faults[1] = draw_fault(&source, even(&source), drawn->faults[0].time, 0.95 * seconds);
         }
     }
 }

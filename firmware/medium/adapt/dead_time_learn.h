@@ -21,10 +21,11 @@
  *     s = sin 12 phi,   w = 1/2 + dphi/(2 dphi_ref)
  *
  * V_hat then follows V with the rate g (medium/adapt/gain.h; docs/theory.md, 25). The learnt value is used
- * once it differs from the parameters by more than noise can explain; this threshold falls with the square
- * root of g. The law does not need the rotor's angle: it also learns in a forced frame and while the estimate
- * is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then follows the
- * link. An error of the drop is learnt as if it were time.
+ * once it differs from the parameters by more than chance can explain; this threshold falls with g. The value
+ * in use is then the nearest to the parameters that differs from the learnt one by no more than a wrong L may
+ * have changed it. The law does not need the rotor's angle: it also learns in a forced frame and while the
+ * estimate is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then
+ * follows the link. An error of the drop is learnt as if it were time.
  *
  * A component across the current that exceeds the whole dead band's voltage is ignored. If the component that
  * rotates against the current exceeds the effect of unequal legs, the current measurement is wrong and

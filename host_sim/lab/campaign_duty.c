@@ -16,6 +16,7 @@
 #define AWAY_SPEED      0.05 /* [-] of rated speed: with a smaller error the speed counts as reached */
 #define AWAY_BEYOND     1.3  /* [-] of the requested torque */
 #define WINDOW_SECONDS  0.1  /* [s] over which the speed's error is averaged */
+#define TURN            6.28318530717958647692 /* [rad] */
 #define REACH_LOAD      0.5  /* [-] of rated torque: with a larger load no speed is promised */
 #define BASE_SHARE      0.9  /* [-] of rated speed: above this the field may be weakened */
 #define LEAST_ROOM      0.15 /* [-] of rated torque, that is available for acceleration */
@@ -30,6 +31,16 @@ static double drag_of(const campaign_case_t *drawn)
 {
     return CAMPAIGN_VALUE(drawn, friction) * fmax(1.0, CAMPAIGN_VALUE(drawn, stiction)) +
            CAMPAIGN_VALUE(drawn, viscous);
+}
+
+/* Without stiction the plant's friction is smooth within this speed, so that an active load that real
+ * friction would hold turns the shaft at up to this speed. */
+static double creep_of(const campaign_case_t *drawn, double torque)
+{
+    const double rotor = campaign_inertia(drawn) / (1.0 + CAMPAIGN_VALUE(drawn, second_mass));
+    return CAMPAIGN_VALUE(drawn, stiction) != 0.0
+               ? 0.0
+               : CAMPAIGN_CREEP * CAMPAIGN_VALUE(drawn, friction) * torque / rotor;
 }
 
 /* k_i K_t = J w^2/3 by the rule, from the configured J and psi_f. */
@@ -62,6 +73,8 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .stop_time = campaign_initial(drawn, "fault_stop_time"),
         .load = campaign_load(drawn),
         .drag = drag_of(drawn),
+        .creep = creep_of(drawn, watch->motor.torque),
+        .cycles = CAMPAIGN_VALUE(drawn, sine) != 0.0 ? CAMPAIGN_VALUE(drawn, sine_cycles) : 0.0,
         .answer = fmin(ANSWERS / campaign_speed_loop(drawn), ANSWER_MOST),
         .winding = winding(drawn),
         .lag = LOOP_LAG / campaign_loop(drawn),
@@ -130,7 +143,9 @@ static void judge_stop(campaign_watch_t *watch, uint32_t period, const uint32_t 
         duty->stop_most = stop_most(watch, rows);
     }
     duty->stopping = counted(stops, duty->stopping);
-    if (duty->stop_most > 0.0 && duty->stopping * RIG_PERIOD_SECONDS > duty->stop_most) {
+    const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
+    const bool creeps = speed > CAMPAIGN_STANDSTILL && speed < duty->creep;
+    if (duty->stop_most > 0.0 && !creeps && duty->stopping * RIG_PERIOD_SECONDS > duty->stop_most) {
         campaign_violated(watch, CAMPAIGN_I_STOP, period, duty->stopping, "state");
     }
 }
@@ -292,6 +307,14 @@ static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, dou
            rows[CAMPAIGN_AT_refusal] != (uint32_t)REASON_ENABLE_HELD;
 }
 
+/* True if a load that varies with the angle needs more time for a cycle than the window of the mean speed.
+ * The mean then contains the change of the speed by this load, which the speed control does not remove. */
+static bool is_slower_than_window(const campaign_duty_t *duty, const uint32_t *rows)
+{
+    const double wanted = fabs(campaign_number(rows, CAMPAIGN_AT_speed_request));
+    return duty->cycles * wanted < TURN / WINDOW_SECONDS && duty->cycles > 0.0;
+}
+
 static void judge_reach(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
@@ -299,7 +322,7 @@ static void judge_reach(campaign_watch_t *watch, uint32_t period, const uint32_t
     const double load = fabs(campaign_number(rows, CAMPAIGN_AT_load_torque)) / duty->torque + duty->load;
     const bool same = wishes_the_same(duty, rows);
     duty->brakes = same ? duty->brakes : brakes(watch, rows);
-    if (!same || !is_expected(watch, rows, load)) {
+    if (!same || is_slower_than_window(duty, rows) || !is_expected(watch, rows, load)) {
         duty->since = 0u;
         duty->error = 0.0;
         duty->due = due_of(watch, rows, load);

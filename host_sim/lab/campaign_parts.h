@@ -152,6 +152,9 @@ typedef struct {
     double offset;   /* [A] error that the fault adds to the measured currents */
 } campaign_excused_t;
 
+#define CAMPAIGN_CREEP      2e-4 /* [s] PLANT_SHAFT_FOLLOW of the plant */
+#define CAMPAIGN_STANDSTILL 2.0  /* [rad/s] SEQUENCE_STANDSTILL of the drive */
+
 /* campaign_duty.c: the rules about the task of the drive. */
 typedef struct {
     double torque, speed, inertia; /* [N m] and [rad/s] rated, [kg m^2] of everything that turns */
@@ -175,6 +178,8 @@ typedef struct {
     double winding;        /* [N m/rad] change of its integral per error and time */
     uint32_t stopping;     /* [periods] since the quick stop began */
     double stop_most;      /* [s] permitted duration of the quick stop; 0: it is not judged */
+    double creep;          /* [rad/s] speed below which the plant's friction is smaller than dry friction */
+    double cycles;         /* [-] cycles per turn of a load that varies with the angle; 0: there is none */
     uint32_t wish[4];      /* slots of the last requests, and of the load */
     double due;            /* [periods] time from the request to the arrival of the speed */
     uint32_t since;        /* [periods] since the request has changed */

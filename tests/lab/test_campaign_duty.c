@@ -4,6 +4,7 @@
 
 #include "drive/drive.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "host_sim/plant/plant.h"
 #include "medium/manoeuvre/manoeuvres.h"
 #include "medium/sequence.h"
 #include "settings/reasons.h"
@@ -165,6 +166,68 @@ static void test_each_course_has_its_expected_verdict(void)
     for (size_t n = 0; n < sizeof courses / sizeof courses[0]; n++) {
         judge_lasting(courses[n].fault, courses[n].value, courses[n].lasts);
         follow(&courses[n]);
+    }
+}
+
+/* A quick stop in which an active load turns the shaft of a small servo motor, at shares of the speed within
+ * which the friction of the plant is smooth. This speed is T/J 0.2 ms for the friction T and the inertia J.
+ */
+static void test_a_shaft_that_only_smooth_friction_lets_turn_counts_as_stopped(void)
+{
+    static const struct {
+        double stiction, share;
+        int end;
+    } cases[] = {{0.0, 0.9, HELD},
+                 {0.0, 1.1, CAMPAIGN_I_STOP},
+                 {0.0, 0.1, CAMPAIGN_I_STOP},
+                 {1.2, 0.9, CAMPAIGN_I_STOP}};
+    TEST_ASSERT_EQUAL_DOUBLE(PLANT_SHAFT_FOLLOW, CAMPAIGN_CREEP);
+    TEST_ASSERT_EQUAL_DOUBLE((double)SEQUENCE_STANDSTILL, CAMPAIGN_STANDSTILL);
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        char rows[80];
+        judge_anew("", 0.0);
+        observed.quantities[CAMPAIGN_Q_motor_drawn] = 1.0;
+        observed.quantities[CAMPAIGN_Q_inertia] = 1e-5;
+        observed.quantities[CAMPAIGN_Q_run_up] = 4e-3;
+        observed.quantities[CAMPAIGN_Q_friction] = 0.15;
+        observed.quantities[CAMPAIGN_Q_stiction] = cases[n].stiction;
+        inject("", 0.0, 0.0);
+        const double smooth = 0.15 * campaign_motor(&observed).torque / campaign_inertia(&observed) * 2e-4;
+        TEST_ASSERT_TRUE(0.9 * smooth > 2.0 && 0.1 * smooth < 2.0);
+        snprintf(rows, sizeof rows, "enable=quick_stop state=quick_stop true_omega_m=%g",
+                 cases[n].share * smooth);
+        set_rows(rows);
+        pass(1.0);
+        if (cases[n].end == HELD) {
+            expect_held();
+        } else {
+            expect_violated(CAMPAIGN_I_STOP);
+        }
+    }
+}
+
+/* With a load of two cycles per turn, the mean speed of 100 ms is judged from 31.4 rad/s on. */
+static void test_a_load_that_changes_more_slowly_than_the_window_does_not_count_as_a_wrong_speed(void)
+{
+    static const struct {
+        double sine;
+        const char *rows;
+        int end;
+    } cases[] = {{0.1, "speed_request=31 omega_m_ref=31 true_omega_m=5", HELD},
+                 {0.1, "speed_request=32 omega_m_ref=32 true_omega_m=5", CAMPAIGN_I_REACH},
+                 {0.0, "speed_request=31 omega_m_ref=31 true_omega_m=5", CAMPAIGN_I_REACH}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("", 0.0);
+        observed.quantities[CAMPAIGN_Q_sine] = cases[n].sine;
+        observed.quantities[CAMPAIGN_Q_sine_cycles] = 2.0;
+        inject("", 0.0, 0.0);
+        set_rows(cases[n].rows);
+        pass(5.0);
+        if (cases[n].end == HELD) {
+            expect_held();
+        } else {
+            expect_violated(CAMPAIGN_I_REACH);
+        }
     }
 }
 

@@ -11,6 +11,9 @@
  * than this. The shortest pulse and the dead time cause smaller differences. */
 #define LIMITED_SHARE 0.05f
 
+/* [V] No gain, current and speed within their ranges need a voltage beyond this. */
+#define VOLTAGE_MOST 1e6f
+
 /* Passes the learnt values of motor, load and inverter to the parts that use them. */
 static void set_models(fast_t *fast, fast_orders_t orders)
 {
@@ -278,6 +281,9 @@ static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
         fast->control.limited =
             bounds_within(missing.d, most) && bounds_within(missing.q, most) ? UINT32_C(0) : UINT32_C(1);
         fast->control.voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
+        if (!bounds_within(asked.d, VOLTAGE_MOST) || !bounds_within(asked.q, VOLTAGE_MOST)) {
+            fast_stop(fast, REASON_PARAMS_CORRUPT);
+        }
     }
     current_control_applied(&fast->current_control, fast->control.voltage);
     return made.duty;

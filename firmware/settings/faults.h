@@ -102,7 +102,7 @@
       "the program in flash, or its copy in RAM, differs from that of the start",                            \
       "switch the controller off and on; flash it again; if this repeats, replace it")                       \
     F(67, PARAMS_CORRUPT, "params_corrupt", params_corrupt, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,         \
-      "the active parameters have changed without a command",                                                \
+      "the active parameters, or values computed from them, have changed without a command",                 \
       "set the parameters again; if this repeats, check the controller's supply for disturbances")           \
     F(68, STACK_LOW, "stack_low", stack_low, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,                        \
       "the processor's stack is almost full: data behind it may be overwritten",                             \

@@ -1,6 +1,7 @@
 /* Jumping encoder tracks, a quick stop without the encoder, a bridge that turns on at speed, and a
  * background task that stalls. The requirements of the fault matrix (host_sim/lab/matrix_table.h) are not
  * tested here. */
+#include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
@@ -125,4 +126,17 @@ static void test_a_background_that_stalls_brings_the_motor_to_a_stop(void)
     const double taken = (rig_period(rig) - begin) * RIG_PERIOD_SECONDS;
     TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_QUICK_STOP, rig_value(rig, "state"));
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.1, taken);
+}
+
+/* The exponent of an integral of the current control changes, so that the required voltage is 1e38 V. */
+static void test_a_voltage_beyond_every_cause_opens_the_bridge(void)
+{
+    run_put(rig, "flip_bit", 30.0);
+    run_put(rig, "flip_word",
+            (double)(offsetof(app_t, drive.fast.current_control.d.integral) / sizeof(uint32_t)));
+    rig_run(rig, 4u * DRIVE_WINDOW); /* the reason is shown after two windows */
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_PARAMS_CORRUPT, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_FAULT, rig_value(rig, "state"));
+    run_seconds(rig, 0.02);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
 }

@@ -267,6 +267,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
     const encoder_watch_params_t encoder = {
         .resistance = assumed->resistance,
         .inductance = assumed->inductance_q,
+        .saliency = assumed->inductance_q - assumed->inductance_d,
         .flux_linkage = assumed->flux_linkage,
         .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.handover_speed,
         .noise = CURRENT_NOISE * DRIVE_CURRENT_RANGE,

@@ -68,6 +68,7 @@ encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *param
         .winding = winding_prepare(params->resistance, params->inductance, params->period),
         .periods = every,
         .volts = params->inductance * rate,
+        .salient = params->saliency * rate,
         .middle = -0.5f * window,
         .rate = rate,
         .holds = ENCODER_WATCH_TIME * rate * least,
@@ -108,8 +109,15 @@ static ab_t emf_of(encoder_watch_t *watch, const encoder_watch_input_t *input)
     const encoder_watch_tuning_t *tuning = &watch->tuning;
     const ab_t given =
         winding_given(&tuning->winding, watch->voltage, tuning->periods, watch->current, input->current);
-    const ab_t emf = {tuning->volts * (given.alpha - input->current.alpha + watch->current.alpha),
-                      tuning->volts * (given.beta - input->current.beta + watch->current.beta)};
+    const rotation_t encoder = input->encoder;
+    const float along =
+        tuning->salient * (input->current.alpha * encoder.cos + input->current.beta * encoder.sin);
+    const ab_t salient = {along * encoder.cos, along * encoder.sin};
+    const ab_t emf = {tuning->volts * (given.alpha - input->current.alpha + watch->current.alpha) +
+                          salient.alpha - watch->salient.alpha,
+                      tuning->volts * (given.beta - input->current.beta + watch->current.beta) +
+                          salient.beta - watch->salient.beta};
+    watch->salient = salient;
     watch->voltage = (ab_t){0.0f, 0.0f};
     watch->current = input->current;
     return emf;

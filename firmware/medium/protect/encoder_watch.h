@@ -1,10 +1,11 @@
 /* Encoder watch: compares the encoder's angle with the back-EMF. The mean EMF of a window, from voltages
  * and currents alone (winding.h),
  *
- *     <e> = (sum(u) - R n (i_0 + i_n)/2)/n - L (i_n - i_0)/T_j,    T_j = n T
+ *     <e> = (sum(u) - R n (i_0 + i_n)/2)/n - L_q (i_n - i_0)/T_j + (s_n - s_0)/T_j,    T_j = n T
  *
- * is transformed to the frame of the encoder's angle in its middle. If the encoder is right, it lies on the q
- * axis with the length psi_f omega:
+ * with s = (L_q - L_d) i_d e^(j theta) at the encoder's angle theta for a salient rotor, is transformed to
+ * the frame of the encoder's angle in its middle. If the encoder is right, it lies on the q axis with the
+ * length psi_f omega:
  *
  *     e = (0, psi_f omega)          healthy, in both directions
  *     e off the q axis by delta     an angle that is wrong by delta: offset, a coupling that has slipped
@@ -81,6 +82,7 @@
 typedef struct {
     float resistance;   /* R [ohm] */
     float inductance;   /* L_q [H], > 0 */
+    float saliency;     /* L_q - L_d [H] */
     float flux_linkage; /* psi_f [Wb], > 0 */
     float speed_least;  /* omega_least [rad/s] electrical, > 0 */
     float noise;        /* of a measured current, standard deviation [A], >= 0 */
@@ -104,7 +106,8 @@ typedef struct {
     float share;      /* of the low-pass [-] */
     winding_t winding;
     float periods;    /* n [-] */
-    float volts;      /* L/T_j [V/A] */
+    float volts;      /* L_q/T_j [V/A] */
+    float salient;    /* (L_q - L_d)/T_j [V/A] */
     float middle;     /* -T_j/2 [s] */
     float rate;       /* 1/T_j [1/s] */
     float holds;      /* sum of EMFs, one per judgement, for which a sign must last [V] */
@@ -116,6 +119,7 @@ typedef struct {
     encoder_watch_tuning_t tuning;
     ab_t voltage;        /* sum in this window [V] */
     ab_t current;        /* at the beginning [A] */
+    ab_t salient;        /* (L_q - L_d) i_d/T_j along the d axis at the beginning [V] */
     dq_t last;           /* <e> of the last window [V] */
     float omega_emf;     /* LP of the EMF's speed, positive in the direction of the encoder [rad/s] */
     float held;          /* sum of EMFs of the present sign [V] */

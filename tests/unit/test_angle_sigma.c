@@ -121,12 +121,34 @@ static void test_the_loss_of_the_legs_acts_along_the_current_and_with_its_sawtoo
                               stated(&params, &input));
 }
 
+/* The first error, the noise, and the difference from the parameters up to which these remain in use. */
+static void test_a_loss_of_the_legs_that_is_learnt_but_not_used_counts(void)
+{
+    static const double shares[] = {1.0, 0.5, 0.2, 0.1};
+    angle_sigma_params_t params = PARAMS;
+    params.inductance_d = 1.0f; /* so large that there is no ripple */
+    for (uint32_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
+        angle_sigma_input_t input = learnt();
+        input.current = (dq_t){-4.0f, 0.0f};
+        input.link = 320.0f; /* a dead band of 8 V */
+        input.leg_rate = (float)(4.0 * shares[n]);
+        const double known = hypot(pow(shares[n], 6.0) * 0.1, sqrt(shares[n]) * (double)ANGLE_SIGMA_V_LEARNT);
+        const double of_v = hypot(known, shares[n] * (double)ANGLE_SIGMA_V_UNUSED);
+        const double follows = KP / hypot(KP, 6.0 * 500.0);
+        const double volt = of_v * 8.0 * 4.0 / PI * sqrt(1.0 + pow(12.0 / 35.0 * follows, 2.0) / 2.0);
+        const double ohm = 0.95 * 4.0 * sqrt(0.1) * (double)ANGLE_SIGMA_R_LEARNT;
+        TEST_ASSERT_DOUBLE_WITHIN(5e-6, with_gain(hypot(volt, ohm) / 100.0, 500.0, 4.0),
+                                  stated(&params, &input));
+    }
+}
+
 static void test_where_the_ripple_exceeds_the_current_the_loss_of_the_legs_is_uncertain_though_learnt(void)
 {
     angle_sigma_input_t input = learnt();
     input.current = (dq_t){0.01f, 0.0f};
     input.link = 311.0f; /* ripple of 311 V x 100 us/(8 x 12.5 mH) = 0.31 A */
-    const double of_v = hypot((double)ANGLE_SIGMA_V_RIPPLE, sqrt(0.1) * (double)ANGLE_SIGMA_V_LEARNT);
+    const double of_v = hypot(hypot((double)ANGLE_SIGMA_V_RIPPLE, 0.1 * (double)ANGLE_SIGMA_V_UNUSED),
+                              sqrt(0.1) * (double)ANGLE_SIGMA_V_LEARNT);
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * of_v * 0.025 * 311.0 * 4.0 / PI / 100.0,
                               with_gain(of_v * 0.025 * 311.0 * 4.0 / PI / 100.0, 500.0, 0.01),
                               stated(&PARAMS, &input));

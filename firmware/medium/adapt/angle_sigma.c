@@ -77,6 +77,7 @@ static inline float across(const angle_sigma_tuning_t *tuning, const angle_sigma
     const float leg =
         LEG_SQUARE * square_of(tuning->band * input->link) * (along_d + SAWTOOTH_SQUARE * sixth);
     const float of_leg = uncertain(tuning, input->leg_rate, tuning->per_leg_rate, ANGLE_SIGMA_V_LEARNT) +
+                         square_of(ANGLE_SIGMA_V_UNUSED * input->leg_rate * tuning->per_leg_rate) +
                          square_of(ANGLE_SIGMA_V_RIPPLE) * ripple;
     const float of_l =
         uncertain(tuning, input->inductance_rate, tuning->per_inductance_rate, ANGLE_SIGMA_L_LEARNT);

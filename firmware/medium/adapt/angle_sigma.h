@@ -16,9 +16,11 @@
  *
  *     u^2 = ((g/g_0)^12 data^2 + (g/g_0) learnt^2) value^2
  *
- * The ripple of the current is r = u_dc T/(8 L_d). If r exceeds the current, the current changes its sign
- * within a period, and the model of the legs is less accurate. Therefore u(V)^2 contains another term,
- * (ANGLE_SIGMA_V_RIPPLE V)^2 r^2/(r^2 + |i|^2).
+ * V is learnt without being used until it differs from the parameters by a share of g (dead_time_learn.h).
+ * Its u^2 contains this difference, (ANGLE_SIGMA_V_UNUSED g/g_0 V)^2. The ripple of the current is r = u_dc
+ * T/(8 L_d). If r exceeds the current, the current changes its sign within a period, and the model of the
+ * legs is less accurate. Therefore u(V)^2 contains another term, (ANGLE_SIGMA_V_RIPPLE V)^2 r^2/(r^2 +
+ * |i|^2).
  *
  * The loop adds errors of its own. Its lag is the mean of the detector, as far as this exceeds twice its
  * noise. The noise of the detector causes T (k_p + k_i/k_p)/2 of its variance in the angle. Both are
@@ -37,13 +39,15 @@
 /* The value for an unknown angle: the standard deviation of a uniform distribution, pi/sqrt 3 [rad]. */
 #define ANGLE_SIGMA_UNKNOWN 1.8137994f
 
-#define ANGLE_SIGMA_LEAST     0.2e-3f /* [rad] by resolution, and by harmonics of the EMF that are not learnt */
-#define ANGLE_SIGMA_GAIN      2e-3f   /* [-] of a sensor, current or DC link */
-#define ANGLE_SIGMA_V_LEARNT  2e-3f   /* [-] of V, by noise, at the initial rate */
-#define ANGLE_SIGMA_L_LEARNT  5e-3f   /* [-] the same of L_q */
-#define ANGLE_SIGMA_R_LEARNT  0.03f   /* [-] the same of R */
-#define ANGLE_SIGMA_V_RIPPLE  0.05f   /* [-] of V, if the ripple exceeds the current */
-#define ANGLE_SIGMA_DRIFT     0.05f   /* [-] of the speed of a loop that coasts */
+#define ANGLE_SIGMA_LEAST    0.2e-3f /* [rad] by resolution, and by harmonics of the EMF that are not learnt */
+#define ANGLE_SIGMA_GAIN     2e-3f   /* [-] of a sensor, current or DC link */
+#define ANGLE_SIGMA_V_LEARNT 2e-3f   /* [-] of V, by noise, at the initial rate */
+#define ANGLE_SIGMA_L_LEARNT 5e-3f   /* [-] the same of L_q */
+#define ANGLE_SIGMA_R_LEARNT 0.03f   /* [-] the same of R */
+#define ANGLE_SIGMA_V_UNUSED                                                                                 \
+    0.08f /* [-] of V, at the initial rate: the difference that is not used, DEAD_TIME_LEARN_CHANCE */
+#define ANGLE_SIGMA_V_RIPPLE  0.05f  /* [-] of V, if the ripple exceeds the current */
+#define ANGLE_SIGMA_DRIFT     0.05f  /* [-] of the speed of a loop that coasts */
 #define ANGLE_SIGMA_MEAN_TIME 10e-3f /* [s] of the means of the detector and of its square */
 
 typedef struct {

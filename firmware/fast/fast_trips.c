@@ -71,9 +71,12 @@ void fast_judge_trips(fast_t *fast, fast_orders_t orders, const drive_samples_t 
         expected.current_abc = measure_expected(&fast->measure, samples);
         input.measured = &expected;
     }
-    /* the medium task judges a loop that has lost the rotor, and catches the rotor again */
+    /* The medium task judges a loop that has lost the rotor, and catches the rotor again. The first speeds of
+     * a catch may be twice too large. */
     const bool denied = reference_tracks(&fast->reference) && estimate_is_denied(&fast->estimator.estimate);
-    input.omega_m = denied ? 0.0f : input.omega_m;
+    const bool begins = fast->reference.source == (int32_t)SOURCE_CATCH &&
+                        fast->reference.catching.periods < orders.tuning->reference.catching.settled;
+    input.omega_m = denied || begins ? 0.0f : input.omega_m;
     const bool failed = fault_set_any(fast->trips.faults);
     guard_step_each(&fast->trips, &orders.tuning->guard, &input);
     if (!fault_set_any(fast->trips.faults)) {

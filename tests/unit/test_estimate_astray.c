@@ -92,3 +92,25 @@ static void test_a_speed_that_the_emf_does_not_confirm_is_an_estimate_astray(voi
         TEST_ASSERT_FALSE(fault_set_any(drive.medium.sequence.faults_later));
     }
 }
+
+/* The EMF along the axis is a mean over a window. A loop that loses the rotor can reach a much larger speed
+ * in this time, and the EMF would then have to be longer: 100 V are 0.7 of 143 V. */
+static void test_the_emf_must_confirm_the_speed_at_the_stop(void)
+{
+    static const struct {
+        float emf; /* [V] of a rotor with the speed at the stop */
+        int32_t reason;
+    } stops[] = {{142.0f, FAST}, {-142.0f, FAST}, {144.0f, ASTRAY}, {-144.0f, ASTRAY}};
+    for (size_t n = 0; n < sizeof stops / sizeof stops[0]; n++) {
+        setUp();
+        manoeuvres_t *m = &drive.medium.manoeuvres;
+        m->now = (int32_t)RUN;
+        m->sensorless = 1u;
+        m->tracking = 1u;
+        m->lock.projection = 100.0f;
+        drive.medium.estimate.flux = 0.2f;
+        drive.fast.rotor.omega_e = stops[n].emf / 0.2f;
+        drive_stop(&drive, REASON_OVERSPEED);
+        TEST_ASSERT_EQUAL_INT32(stops[n].reason, drive.fault_reason);
+    }
+}

@@ -130,6 +130,14 @@ static inline void tracker_set_flux(tracker_t *tracker, float flux_linkage, floa
     }
 }
 
+/* Sets the lean of a round rotor [-] (medium/adapt/loop_lean.h). */
+static inline void tracker_set_lean(tracker_t *tracker, float lean)
+{
+    if (!tracker_is_salient(tracker)) {
+        tracker->motor.lean = lean;
+    }
+}
+
 /* Sets the coefficients, psi_f among them; the state is kept. */
 static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuning)
 {

@@ -114,7 +114,7 @@ static inline void estimator_set_flux(estimator_t *est, float flux_linkage, floa
     tracker_set_flux(&est->tracker, flux_linkage, speed_per_volt);
 }
 
-/* Sets the lean of the loop of a round rotor [-] (medium/adapt/loop_lean.h), until the next call. */
+/* Sets the lean of the loop of a round rotor [-] (estimator/loop_lean.h), until the next call. */
 static inline void estimator_set_lean(estimator_t *est, float lean)
 {
     tracker_set_lean(&est->tracker, lean);

@@ -130,7 +130,7 @@ static inline void tracker_set_flux(tracker_t *tracker, float flux_linkage, floa
     }
 }
 
-/* Sets the lean of a round rotor [-] (medium/adapt/loop_lean.h). */
+/* Sets the lean of a round rotor [-] (estimator/loop_lean.h). */
 static inline void tracker_set_lean(tracker_t *tracker, float lean)
 {
     if (!tracker_is_salient(tracker)) {

@@ -379,8 +379,6 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->models.foreseen = inertia_foreseen(&medium->inertia);
     setpoint->models.flux_linkage = medium->flux.flux_linkage;
     setpoint->models.speed_per_volt = medium->flux.speed_per_volt;
-    setpoint->models.lean =
-        loop_lean(&tuning->loop_lean, medium->means.current_rotor.q, medium->estimate.omega_smooth);
     setpoint->models.dead_time = medium->dead_time_learn.effective;
     setpoint->models.per_zone = per_zone(medium, tuning, window->link.mean);
     setpoint->models.spared = medium->ripple.spared;

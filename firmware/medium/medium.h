@@ -22,7 +22,6 @@
 #include "medium/adapt/inductance.h"
 #include "medium/adapt/inertia.h"
 #include "medium/adapt/leg_zone.h"
-#include "medium/adapt/loop_lean.h"
 #include "medium/adapt/offset_trim.h"
 #include "medium/adapt/sums.h"
 #include "medium/adapt/unequal_legs.h"
@@ -61,7 +60,6 @@ typedef struct {
     emf_shape_tuning_t emf_shape;
     unequal_legs_tuning_t unequal_legs;
     angle_sigma_tuning_t angle_sigma;
-    loop_lean_tuning_t loop_lean;
     inertia_shares_t load; /* how the load of the fast task follows i_q */
     manoeuvres_tuning_t manoeuvres;
     encoder_watch_tuning_t encoder_watch;

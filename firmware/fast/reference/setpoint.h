@@ -72,7 +72,6 @@ typedef struct {
     float foreseen;     /* the same, computed from the current [rad/s] */
     float flux_linkage; /* psi_f [Wb] */
     float speed_per_volt; /* 1/psi_f [rad/s/V] */
-    float lean;           /* of the loop of a round rotor (medium/adapt/loop_lean.h) [-] */
     float dead_time;      /* T_e/T of the legs [-] */
     float per_zone;       /* one over the half width of the zone in which an edge loses a part of it [1/A] */
     ab_t spared; /* part of the voltage that acts, removed for the estimator: harmonics of the EMF and

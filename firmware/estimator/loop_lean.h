@@ -15,8 +15,8 @@
  * trip. It is 0 for the currents at which c is below kp without it.
  *
  * No state. Derivation: docs/theory.md, 6. */
-#ifndef MEDIUM_ADAPT_LOOP_LEAN_H
-#define MEDIUM_ADAPT_LOOP_LEAN_H
+#ifndef ESTIMATOR_LOOP_LEAN_H
+#define ESTIMATOR_LOOP_LEAN_H
 
 #include "math/bounds.h"
 

@@ -7,12 +7,13 @@
  *     c = omega dL i_q/psi_f
  *
  * c > 0 acts against kp: while driving with an L that is too large, and while braking with one that is too
- * small. A lean t reduces c by omega t (estimator/pll.h). With the standard uncertainty u(L), the lean
+ * small. A lean t reduces c by omega t (estimator/pll.h). Let C be the c of an L that is wrong by
+ * LOOP_LEAN_SIGMAS standard uncertainties u(L) at the top speed, which is the overspeed trip over
+ * LOOP_LEAN_ROOM. The lean removes LOOP_LEAN_GAIN times the part of C above kp:
  *
- *     t = LOOP_LEAN_SIGMAS u(L) |i_q|/psi_f - kp/omega_max,   at least 0, with the sign of the speed
+ *     t = LOOP_LEAN_GAIN (LOOP_LEAN_SIGMAS u(L) |i_q|/psi_f - kp/omega_top),   at least 0
  *
- * leaves c < kp for an L that is wrong by LOOP_LEAN_SIGMAS u(L), up to the speed omega_max of the overspeed
- * trip. It is 0 for the currents at which c is below kp without it.
+ * with the sign of the speed. Then c <= kp for this L, and the loop is stable. If C is at most kp, t is 0.
  *
  * No state. Derivation: docs/theory.md, 6. */
 #ifndef ESTIMATOR_LOOP_LEAN_H
@@ -20,21 +21,22 @@
 
 #include "math/bounds.h"
 
-/* Standard uncertainties of L for which the loop is stable [-]; with two thirds of this error the damping is
- * at least 0.4. */
-#define LOOP_LEAN_SIGMAS 3.0f
+#define LOOP_LEAN_SIGMAS 2.0f /* standard uncertainties of L [-] */
+#define LOOP_LEAN_GAIN   1.5f /* above 1: c decreases where more of it is removed [-] */
+#define LOOP_LEAN_ROOM   1.4f /* overspeed trip over the top speed, by the rule of `tune` [-] */
 
 typedef struct {
-    float per_ampere; /* LOOP_LEAN_SIGMAS u(L)/psi_f [1/A] */
-    float held;       /* kp/omega_max [-] */
+    float per_ampere; /* LOOP_LEAN_GAIN LOOP_LEAN_SIGMAS u(L)/psi_f [1/A] */
+    float held;       /* LOOP_LEAN_GAIN kp/omega_top [-] */
 } loop_lean_tuning_t;
 
 /* Coefficients for the relative standard uncertainty `data` of L [-], L [H], psi_f [Wb], kp [rad/s] and the
- * largest speed [rad/s], electrical, > 0. Two divisions. */
+ * overspeed trip [rad/s], electrical, > 0. Two divisions. */
 static inline loop_lean_tuning_t loop_lean_prepare(float data, float inductance, float flux_linkage, float kp,
-                                                   float omega_max)
+                                                   float trip)
 {
-    return (loop_lean_tuning_t){LOOP_LEAN_SIGMAS * data * inductance / flux_linkage, kp / omega_max};
+    return (loop_lean_tuning_t){LOOP_LEAN_GAIN * LOOP_LEAN_SIGMAS * data * inductance / flux_linkage,
+                                LOOP_LEAN_GAIN * LOOP_LEAN_ROOM * kp / trip};
 }
 
 /* The lean [-] at this i_q [A] and speed [rad/s]. */

@@ -143,6 +143,11 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
 {
     pll_take(&tracker->pll, &tuning->pll);
     validity_take(&tracker->validity, &tuning->validity);
+    if (tracker->salient != tuning->salient) {
+        tracker->motor.lean = 0.0f;
+        tracker->motor.share = 1.0f;
+        tracker->motor.pull = 1.0f;
+    }
     tracker->salient = tuning->salient;
     tracker->saliency = tuning->saliency;
     tracker->saliency_rate = tuning->saliency_rate;
@@ -154,11 +159,6 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
     } else {
         tracker->saturation.per_step = 0.0f;
         tracker->motor.cross = 0.0f;
-    }
-    if (!tracker_is_salient(tracker)) {
-        tracker->motor.lean = 0.0f;
-        tracker->motor.share = 1.0f;
-        tracker->motor.pull = 1.0f;
     }
     tracker_set_flux(tracker, tuning->flux_linkage, tuning->speed_per_volt);
 }

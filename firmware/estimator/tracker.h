@@ -2,7 +2,8 @@
  * the EMF (3), and validity of the result (validity.h).
  *
  * The EMF is that of the active flux psi_a = psi_f - D i_d, D = L_q - L_d, along the magnet: the flux that
- * remains after L_q i is subtracted (docs/theory.md, 30). A round rotor has D = 0, and psi_a is its psi_f.
+ * remains after L_q i is subtracted (docs/theory.md, 30). A round rotor has D = 0, and psi_a is its psi_f;
+ * its t is given (loop_lean.h), for an L that may be wrong.
  * With i_d, i_q in the frame of the loop
  *
  *     t = D i_q/psi_a              relative change of psi_a by an error of the angle, because the current
@@ -83,7 +84,7 @@ typedef struct {
     float flux;           /* psi_a [Wb] */
     float flux_emf;       /* the same, low-passed like the EMF in the loop [Wb] */
     float speed_per_volt; /* its reciprocal [rad/s/V] */
-    float lean;           /* t [-] */
+    float lean;           /* t [-]; of a round rotor by tracker_set_lean() */
     float moved;          /* D i_q/psi_t, with saturation; else t [-] */
     float gain;           /* psi_a/psi_t from 1 to 2, with saturation; else 1 [-] */
     float share;          /* factor of kp and ki [-]: f, with saturation times `gain` */

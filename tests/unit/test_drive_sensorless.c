@@ -435,8 +435,8 @@ static uint32_t signals_of_now(void)
 }
 
 /* A set with the values of the active one is taken over in each window of a calibration, a catch, an
- * acceleration and a quick stop. No module may lose what it has measured, summed, learnt or integrated. With the
- * largest uncertainty of the data the loop has a lean at small currents. */
+ * acceleration and a quick stop. No module may lose what it has measured, summed, learnt or integrated. With
+ * the largest uncertainty of the data the loop has a lean at small currents. */
 static void test_the_same_set_again_changes_nothing(void)
 {
     static uint32_t seen[11000];

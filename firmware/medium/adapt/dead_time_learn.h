@@ -24,10 +24,11 @@
  * V_hat then follows V with the rate g (medium/adapt/gain.h; docs/theory.md, 25). The learnt value is used
  * once it differs from the parameters by more than chance can explain. Part of this threshold falls with g.
  * The rest is the variance of the learnt value by the noise of the current sensors, which acts like the
- * voltage 12 omega L s. The value that is compared is a low-pass of the learnt one with 2 |omega_ref|, because
- * a slow EMF across the current, from a rotor that swings, moves the learnt value at the twelfth harmonic. The
- * value in use is then the nearest to the parameters that differs from this one by no more than a wrong L may
- * have changed it. Another model of the observer shows another EMF of the same rotor: the means begin again.
+ * voltage 12 omega L s. The value that is compared is a low-pass of the learnt one with 2 |omega_ref|,
+ * because a slow EMF across the current, from a rotor that swings, moves the learnt value at the twelfth
+ * harmonic. The value in use is then the nearest to the parameters that differs from this one by no more than
+ * a wrong L may have changed it. Another model of the observer shows another EMF of the same rotor: the means
+ * begin again.
  *
  * The law does not need the rotor's angle: it also learns in a forced frame and while the estimate
  * is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then follows the

@@ -230,7 +230,7 @@ static double draw(source_t *source, campaign_law_t law, double initial, double 
 }
 
 /* Two drifts in opposite directions show a current of twice this share of the trip while none flows, until
- * the drive has measured the offsets anew. More than the trip would be an overcurrent to every drive. */
+ * the drive has measured the offsets again. More than the trip would be an overcurrent to every drive. */
 #define DRIFT_MOST 0.4 /* [-] of overcurrent_trip */
 
 static void add(campaign_case_t *drawn, source_t *source, campaign_event_kind_t kind, double time)

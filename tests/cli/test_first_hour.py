@@ -307,7 +307,7 @@ class Documents(FirstHour):
         """The keys of all numbers in this value; tables with names as keys are left out."""
         if isinstance(value, dict):
             for name, inner in value.items():
-                yield from self.numbers(inner, name) if name not in ("invariants", "reasons", "refusals", "values") or isinstance(inner, list) else ()
+                yield from self.numbers(inner, name) if name not in ("excuses", "invariants", "reasons", "refusals", "values") or isinstance(inner, list) else ()
         elif isinstance(value, list):
             for inner in value if key != "values" else ():
                 yield from self.numbers(inner, key)

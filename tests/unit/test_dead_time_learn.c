@@ -119,8 +119,8 @@ static void test_with_ripple_the_used_value_is_the_nearest_to_the_parameters(voi
 }
 
 /* Before the first step the ripple counts as the largest. Its mean falls like the initial error of the
- * learnt value, so that a short time of learning changes the value in use less than the low-pass of the learnt
- * one. */
+ * learnt value, so that a short time of learning changes the value in use less than the low-pass of the
+ * learnt one. */
 static void test_a_short_time_of_learning_is_used_in_part(void)
 {
     turn(0.15);

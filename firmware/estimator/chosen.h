@@ -28,6 +28,7 @@ typedef fixed_tuning_t chosen_tuning_t;
 #define chosen_init         fixed_init
 #define chosen_set_flux     fixed_set_flux
 #define chosen_set_load     fixed_set_load
+#define chosen_set_lean     fixed_set_lean
 #define chosen_reset        fixed_reset
 #define chosen_step         fixed_step
 #define chosen_track        (void)fixed_step /* includes the judgement */
@@ -56,6 +57,7 @@ typedef estimator_tuning_t chosen_tuning_t;
 #define chosen_init             estimator_init
 #define chosen_set_flux         estimator_set_flux
 #define chosen_set_load         estimator_set_load
+#define chosen_set_lean         estimator_set_lean
 #define chosen_reset            estimator_reset
 #define chosen_step             estimator_step
 #define chosen_track            estimator_track

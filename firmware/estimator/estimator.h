@@ -114,6 +114,12 @@ static inline void estimator_set_flux(estimator_t *est, float flux_linkage, floa
     tracker_set_flux(&est->tracker, flux_linkage, speed_per_volt);
 }
 
+/* Sets the lean of the loop of a round rotor [-] (estimator/loop_lean.h), until the next call. */
+static inline void estimator_set_lean(estimator_t *est, float lean)
+{
+    tracker_set_lean(&est->tracker, lean);
+}
+
 /* Sets the part of i_q that carries the load, as a current of psi_f [A], until the next call: the torque of
  * the rest accelerates the rotor. It is limited to the largest current. */
 static inline void estimator_set_load(estimator_t *est, float current)

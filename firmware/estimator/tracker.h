@@ -2,7 +2,8 @@
  * the EMF (3), and validity of the result (validity.h).
  *
  * The EMF is that of the active flux psi_a = psi_f - D i_d, D = L_q - L_d, along the magnet: the flux that
- * remains after L_q i is subtracted (docs/theory.md, 30). A round rotor has D = 0, and psi_a is its psi_f.
+ * remains after L_q i is subtracted (docs/theory.md, 30). A round rotor has D = 0, and psi_a is its psi_f;
+ * its t is given (loop_lean.h), for an L that may be wrong.
  * With i_d, i_q in the frame of the loop
  *
  *     t = D i_q/psi_a              relative change of psi_a by an error of the angle, because the current
@@ -83,7 +84,7 @@ typedef struct {
     float flux;           /* psi_a [Wb] */
     float flux_emf;       /* the same, low-passed like the EMF in the loop [Wb] */
     float speed_per_volt; /* its reciprocal [rad/s/V] */
-    float lean;           /* t [-] */
+    float lean;           /* t [-]; of a round rotor by tracker_set_lean() */
     float moved;          /* D i_q/psi_t, with saturation; else t [-] */
     float gain;           /* psi_a/psi_t from 1 to 2, with saturation; else 1 [-] */
     float share;          /* factor of kp and ki [-]: f, with saturation times `gain` */
@@ -130,11 +131,24 @@ static inline void tracker_set_flux(tracker_t *tracker, float flux_linkage, floa
     }
 }
 
+/* Sets the lean of a round rotor [-] (estimator/loop_lean.h). */
+static inline void tracker_set_lean(tracker_t *tracker, float lean)
+{
+    if (!tracker_is_salient(tracker)) {
+        tracker->motor.lean = lean;
+    }
+}
+
 /* Sets the coefficients, psi_f among them; the state is kept. */
 static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuning)
 {
     pll_take(&tracker->pll, &tuning->pll);
     validity_take(&tracker->validity, &tuning->validity);
+    if (tracker->salient != tuning->salient) {
+        tracker->motor.lean = 0.0f;
+        tracker->motor.share = 1.0f;
+        tracker->motor.pull = 1.0f;
+    }
     tracker->salient = tuning->salient;
     tracker->saliency = tuning->saliency;
     tracker->saliency_rate = tuning->saliency_rate;
@@ -146,11 +160,6 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
     } else {
         tracker->saturation.per_step = 0.0f;
         tracker->motor.cross = 0.0f;
-    }
-    if (!tracker_is_salient(tracker)) {
-        tracker->motor.lean = 0.0f;
-        tracker->motor.share = 1.0f;
-        tracker->motor.pull = 1.0f;
     }
     tracker_set_flux(tracker, tuning->flux_linkage, tuning->speed_per_volt);
 }

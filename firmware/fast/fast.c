@@ -14,6 +14,10 @@
 /* [V] No gain, current and speed within their ranges need a voltage beyond this. */
 #define VOLTAGE_MOST 1e6f
 
+/* [periods] of a window before the one that computes the lean of the loop. The first and the last period of a
+ * window have other work. */
+#define LEAN_PERIOD 4u
+
 /* Passes the learnt values of motor, load and inverter to the parts that use them. */
 static void set_models(fast_t *fast, fast_orders_t orders)
 {
@@ -144,11 +148,14 @@ static inline bool voltage_uncertain(fast_t *fast, fast_orders_t orders, const i
     return doubt_step(&fast->doubt, &orders.tuning->doubt, &input);
 }
 
-/* While the speed reference is constant, the mean i_q carries the load. The difference from this mean
+/* The torque that accelerates the rotor, and the lean of the loop, from i_q.
+ *
+ * While the speed reference is constant, the mean i_q carries the load. The difference from this mean
  * accelerates the rotor, and the tracking loop receives it as a torque in its next step. The i_q is that of
  * the frame at t_k, as the loop uses it: in the frame of t_k-1 it would contain a part of i_d. */
-static void estimate_load(fast_t *fast, const setpoint_t *setpoint)
+static void estimate_load(fast_t *fast, fast_orders_t orders)
 {
+    const setpoint_t *setpoint = orders.setpoint;
     const estimate_t *estimate = &fast->estimator.estimate;
     const dq_t current = frames_park(fast->measure.measured.current, estimate->frame.rotation);
     const float torque = (current.q * estimate->flux - current.d * estimate->cross) *
@@ -156,6 +163,9 @@ static void estimate_load(fast_t *fast, const setpoint_t *setpoint)
     const float load = lowpass_step(fast->load_current, setpoint->models.load_share, torque);
     fast->load_current = load;
     chosen_set_load(&fast->estimator, load);
+    if (fast->sum.periods == LEAN_PERIOD) {
+        chosen_set_lean(&fast->estimator, loop_lean(&orders.tuning->lean, current.q, estimate->omega_smooth));
+    }
 }
 
 static void estimate(fast_t *fast, fast_orders_t orders)
@@ -177,7 +187,7 @@ static void estimate(fast_t *fast, fast_orders_t orders)
     } else {
         chosen_track(&fast->estimator, voltage, measured->current);
     }
-    estimate_load(fast, orders.setpoint);
+    estimate_load(fast, orders);
 }
 
 /* While the bridge is off, the voltage is unknown and the estimator does not run. */

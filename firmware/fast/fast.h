@@ -15,6 +15,7 @@
 
 #include "estimator/chosen.h"
 #include "estimator/encoder.h"
+#include "estimator/loop_lean.h"
 #include "fast/control/current_control.h"
 #include "fast/control/excite.h"
 #include "fast/inverter/doubt.h"
@@ -61,6 +62,7 @@ typedef struct {
     guard_tuning_t guard;
     encoder_tuning_t encoder;
     chosen_tuning_t estimator;
+    loop_lean_tuning_t lean;
     inverter_tuning_t inverter;
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;

@@ -105,6 +105,7 @@ static void learn_dead_time(medium_t *medium, const window_t *window)
         .omega_e_ref = pole_pairs * window->omega_m_ref,
         .link = window->link.mean,
         .noise = window->sensors.noise,
+        .model = window->tracking,
     };
     dead_time_learn_step(&medium->dead_time_learn, &input);
 }

@@ -280,7 +280,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "motor_inductance_q is then the value without current; 0: no saturation")                              \
     F(124, motor_data_uncertainty, "-", 0.1f, 0.0f, 1.0f, TABLE_LIVE,                                        \
       "standard uncertainty of the configured R, L and dead time, relative to their values, for "            \
-      "theta_sigma")                                                                                         \
+      "theta_sigma and for the stability of the tracking loop; 0: the loop takes L for exact")               \
     E(205, fault_record, "signals|replay", FAULT_RECORD_SIGNALS, TABLE_LIVE,                                 \
       "what the drive keeps of the time before a fault: 12 signals of 341 periods, or the raw samples and "  \
       "the state from which `lagless replay` runs the drive's tasks again")                                  \

@@ -107,6 +107,8 @@ static void prepare_sigma(drive_tuning_t *tuning, const params_t *params, const 
         .window = DRIVE_WINDOW_PERIOD,
     };
     tuning->medium.angle_sigma = angle_sigma_prepare(&sigma);
+    tuning->fast.lean = loop_lean_prepare(params->motor_data_uncertainty, assumed->inductance_q,
+                                          assumed->flux_linkage, &loop);
 }
 
 static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)

@@ -8,9 +8,9 @@
 #include "host_sim/lab/commission_parts.h"
 #include "host_sim/lab/course.h"
 
-#define WAIT_READY     2.0    /* [s] largest time until the drive is ready */
-#define LINK_ERROR     0.05   /* largest difference from the user's meter, relative */
-#define LINEAR         1e5    /* [A] least saturation current of a q axis without a saturation */
+#define WAIT_READY     2.0  /* [s] largest time until the drive is ready */
+#define LINK_ERROR     0.03 /* largest difference from the user's meter: resistors of 1 %, reference, meter */
+#define LINEAR         1e5  /* [A] least saturation current of a q axis without a saturation */
 #define LOOK           2.5e-3 /* [s] */
 #define OVER_TOP       1.4    /* overspeed_trip over the largest speed of tune */
 #define RANGE_LEAST    150.0  /* [rad/s] electrical: least rated speed for the turning steps */

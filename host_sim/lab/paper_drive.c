@@ -29,7 +29,8 @@ const setting_t paper_ideal[] = {
 };
 const size_t paper_ideal_count = sizeof paper_ideal / sizeof paper_ideal[0];
 
-/* The rig, and the criteria of a lost estimate and of sensors and wires, which the paper does not have. */
+/* The rig; the criteria of a lost estimate and of sensors and wires, which the paper does not have; and data
+ * without uncertainty, because the R and L of the drive are those of the machine. */
 const setting_t paper_common[] = {
     {"params.current_bandwidth", 1000.0},
     {"params.overspeed_trip", 200.0}, /* [rad/s]; the smallest k_s covers the EMF up to here */
@@ -38,6 +39,7 @@ const setting_t paper_common[] = {
     {"params.pll_damping", 1.0},
     {"params.flux_adaptation", 0.0},
     {"params.dead_time_adaptation", 0.0},
+    {"params.motor_data_uncertainty", 0.0}, /* the loop of (22) has no lean */
     {"params.estimate_amplitude_min", 0.0},
     {"params.estimate_amplitude_max", 1.0},
     {"params.estimate_detector_max", 0.0},

@@ -26,6 +26,20 @@ DRIVES = (
     ("igbt_540v_30a", "siemens-1ft6084-8sh7", 1500, 7.0, "0 kg cm^2"),
 )
 
+MAP = """schema = 1
+title = "A map on a board with 0.4 us of dead time"
+board = "mosfet_48v_60a"
+motor = "teknic-m2310p-ln-04k"
+[run]
+duration = "1 s"
+[requests]
+speed_request = "2000 r/min"
+[plant]
+load_torque = "0.1 N m"
+[rig]
+fidelity = "averaged"
+"""
+
 DRIVE = """schema = 1
 title = "Cold start, load step and reversal"
 board = "{board}"
@@ -113,6 +127,20 @@ class Boards(TestCase):
             rows = {row["name"]: row for row in json.loads(lagless("params", "--board", board, "--json").stdout)["rows"]}
             self.assertEqual(number(board, "BOARD_OVERVOLTAGE_MV") / 1e3, rows["dc_overvoltage"]["default"])
             self.assertAlmostEqual(number(board, "BOARD_CURRENT_LIMIT_MA") / 1e3, rows["current_limit"]["default"], 5)
+
+    def test_the_map_of_a_board_with_a_short_dead_time_makes_it_a_fifth_wrong(self):
+        # The delay that a map adds by default, 0.5 us, is longer than the dead time of this board. The voltage that the legs lose is proportional
+        # to the dead time: a fifth more and a fifth less shift the angle by the same amount in opposite directions.
+        path = self.write("short.toml", MAP)
+        done = lagless("map", path, "--adaptation", "off", "--json")
+        self.expect(0, done)
+        for way in (-2000, 2000):
+            rows = {row["deviation"]: row for row in json.loads(done.stdout) if row["rpm"] == way}
+            self.assertTrue(all(row["locked"] for row in rows.values()))
+            self.assertEqual({"dead time -20 %", "dead time +20 %"}, {name for name in rows if name.startswith("dead time")})
+            less, more = (rows[f"dead time {sign}20 %"]["mean_mrad"] - rows["nominal"]["mean_mrad"] for sign in "-+")
+            self.assertGreater(abs(more), 2.0 * abs(rows["nominal"]["mean_mrad"]))
+            self.assertAlmostEqual(-1.0, less / more, delta=0.2)
 
     def test_a_wrong_name_is_reported_with_the_nearest_and_all(self):
         path = self.scenario('[rig]\n')

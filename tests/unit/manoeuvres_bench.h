@@ -36,6 +36,7 @@ static struct {
     bool blocked;           /* the shaft is held */
     double detector;        /* [-] reading of the detector of the loop's error */
     uint32_t coasts;        /* [periods] in each window for which the loop coasts; its detector is 0 then */
+    double astray;          /* [rad/s] electrical speed of a loop that has left the rotor; 0: it follows */
     double complex current; /* [A] */
 } machine;
 
@@ -142,6 +143,9 @@ static inline void observe(void)
     estimate.amplitude = (float)cabs(emf);
     if (fast.tracking != 0u) {
         estimate.frame = true_frame();
+        if (machine.astray != 0.0) {
+            estimate.frame.omega_e = (float)machine.astray;
+        }
         estimate.omega_smooth = estimate.frame.omega_e;
         estimate.detector = in_window < machine.coasts ? 0.0f : (float)machine.detector;
     }

@@ -495,10 +495,12 @@ static void test_a_set_offered_before_survives_one_that_came_too_late(void)
 
 /* ---- what is learnt ---- */
 
+/* L is learnt, with confidence. */
 static void learnt(float share)
 {
     learnt_value_t *inductance = &app->drive.medium.inductance.learnt;
     inductance->value = share * inductance->from;
+    app->drive.medium.inductance.look.kept = inductance->value;
     from_here();
 }
 

@@ -1,160 +1,10 @@
-/* The input is the EMF of a turning rotor plus the error of the three legs that a wrong assumed dead time
- * causes, each with the sign of its current. The expected values follow from this algebra alone. */
-#include "medium/adapt/dead_time_learn.h"
-#include "tests/unit/vectors.h"
-
-#define PERIOD 1e-4
-#define EVERY  4u
-#define LINK   311.0
-#define PSI    0.183
-#define TRUE   0.023 /* T_e/T, true value */
-#define BAND   0.025
-#define RATE   4.0
-
-static const dead_time_learn_params_t PARAMS = {
-    .rate = (float)RATE,
-    .effective = (float)(0.6 * TRUE),
-    .band = (float)BAND,
-    .flux_linkage = (float)PSI,
-    .zone = 0.05f,
-    .period = (float)PERIOD,
-    .every = EVERY,
-};
-
-/* A rotor and its current. */
-typedef struct {
-    double omega;     /* [rad/s] electrical */
-    double theta;     /* [rad] */
-    double current;   /* [A] */
-    double ahead;     /* [rad] by which the current leads the d axis */
-    double fifth;     /* [-] fifth harmonic of the EMF */
-    double seventh;   /* [-] seventh harmonic of the EMF */
-    double dwells;    /* [rad] by which the direction of the current lags and leads six times per turn */
-    double noise;     /* [A] noise of a sensor, which affects the assumed signs */
-    double known;     /* [A] noise of a sensor as the calibration has measured it */
-    uint32_t periods; /* [periods] since the begin of the means */
-    ab_t emf;         /* [V] sum for the mean of the EMF */
-    ab_t mean;        /* [A] sum for the mean of the current */
-    dead_time_learn_t learn;
-} world_t;
-
-static world_t world;
-
-/* The values that the drive reports for a period. */
-typedef struct {
-    float omega_e, omega_e_ref; /* [rad/s] electrical */
-    ab_t emf;                   /* [V] */
-    ab_t current;               /* [A] */
-    float link;                 /* [V] */
-} period_t;
-
-static void take(const dead_time_learn_params_t *params)
-{
-    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(params);
-    dead_time_learn_take(&world.learn, &tuning);
-}
+/* The dead time that is learnt from the EMF of a turning rotor. The expected values follow from algebra
+ * alone. */
+#include "tests/unit/dead_time_bench.h"
 
 void setUp(void)
 {
-    memset(&world, 0, sizeof world);
-    take(&PARAMS);
-    world.omega = 42.0;
-    world.current = 3.0;
-    world.ahead = 0.5 * PI;
-}
-
-/* The parameters have the true values. */
-static void know(void)
-{
-    dead_time_learn_params_t params = PARAMS;
-    params.effective = (float)TRUE;
-    take(&params);
-}
-
-static double sign_of(double complex current, double axis)
-{
-    return creal(current * cexp(-J * axis)) < 0.0 ? -1.0 : 1.0;
-}
-
-/* The mean of the sign of a phase. Where the current of the phase crosses zero it has noise with the mean
- * square 0.625 s^2, or twice this in the phase that is the sum of two sensors. */
-static double mean_sign_of(double complex current, int32_t phase)
-{
-    const double axis = 2.0 * PI / 3.0 * phase;
-    const double spread = sqrt(2.0 * 0.625 * (phase == 2 ? 2.0 : 1.0)) * world.noise;
-    return erf(creal(current * cexp(-J * axis)) / spread);
-}
-
-/* The three signs as a vector (amplitude-invariant), or their mean if the sensors have noise. */
-static double complex signs_of(double complex current, bool noisy)
-{
-    double complex sum = 0.0;
-    for (int32_t phase = 0; phase < 3; phase++) {
-        const double axis = 2.0 * PI / 3.0 * phase;
-        const double sign =
-            noisy && world.noise > 0.0 ? mean_sign_of(current, phase) : sign_of(current, axis);
-        sum += 2.0 / 3.0 * sign * cexp(J * axis);
-    }
-    return sum;
-}
-
-/* The next period of the machine, with the values that the drive would report. */
-static period_t next(void)
-{
-    world.theta += world.omega * PERIOD;
-    const double dwelling = world.dwells * sin(6.0 * (world.theta + world.ahead));
-    const double complex current = world.current * cexp(J * (world.theta + world.ahead - dwelling));
-    const double complex lost = TRUE * LINK * signs_of(current, false);
-    const double complex assumed = (double)world.learn.effective * LINK * signs_of(current, true);
-    const double sixth = 6.0 * world.theta;
-    const double d = -(world.fifth + world.seventh) * sin(sixth);
-    const double q = 1.0 + (world.seventh - world.fifth) * cos(sixth);
-    const double complex rotor = PSI * world.omega * (d + J * q) * cexp(J * world.theta);
-    return (period_t){
-        .omega_e = (float)world.omega,
-        .omega_e_ref = (float)world.omega,
-        .emf = to_ab(rotor + lost - assumed),
-        .current = to_ab(current),
-        .link = (float)LINK,
-    };
-}
-
-/* A period of the drive: it adds the period to the means. The learning makes its step with the last period of
- * the means. */
-static void step(const period_t *input)
-{
-    const float share = 1.0f / (float)EVERY;
-    world.periods++;
-    world.emf = (ab_t){world.emf.alpha + share * input->emf.alpha, world.emf.beta + share * input->emf.beta};
-    world.mean = (ab_t){world.mean.alpha + share * input->current.alpha,
-                        world.mean.beta + share * input->current.beta};
-    if (world.periods % EVERY == 0u) {
-        const dead_time_learn_input_t means = {world.emf,      world.mean,
-                                               input->omega_e, input->omega_e_ref,
-                                               input->link,    (float)(world.known * world.known)};
-        dead_time_learn_step(&world.learn, &means);
-        world.emf = (ab_t){0.0f, 0.0f};
-        world.mean = world.emf;
-    }
-}
-
-static double off(void)
-{
-    return (double)world.learn.effective / TRUE - 1.0;
-}
-
-/* The relative error of the learnt value, whether it is used or not. */
-static double unlearnt(void)
-{
-    return (double)world.learn.learnt / TRUE - 1.0;
-}
-
-static void turn(double seconds)
-{
-    for (int32_t n = 0; n < (int32_t)(seconds / PERIOD + 0.5); n++) {
-        const period_t input = next();
-        step(&input);
-    }
+    world_begin();
 }
 
 /* The remaining error [-] after this number of seconds of learning, by the law of the rate in small steps. */
@@ -269,13 +119,15 @@ static void test_with_ripple_the_used_value_is_the_nearest_to_the_parameters(voi
 }
 
 /* Before the first step the ripple counts as the largest. Its mean falls like the initial error of the
- * learnt value, so that a short time of learning changes the value in use less than the learnt one. */
+ * learnt value, so that a short time of learning changes the value in use less than the low-pass of the
+ * learnt one. */
 static void test_a_short_time_of_learning_is_used_in_part(void)
 {
     turn(0.15);
     const double left = left_after(0.15, 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(0.02, -0.4 * left, unlearnt());
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, unlearnt() - 0.075 * left * BAND / TRUE, off());
+    const double smooth = (double)world.learn.smooth / TRUE - 1.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, smooth - 0.075 * left * BAND / TRUE, off());
 }
 
 /* At 600 rad/s the twelfth harmonic rotates by 2.9 rad from step to step, almost half a turn; at 380 rad/s

@@ -425,6 +425,24 @@ static void test_what_an_interval_without_agreement_has_learnt_is_not_kept(void)
     }
 }
 
+/* Six cycles that agree bring the confidence to 0.67, and the load ends: the value returns to that of the
+ * parameter. After 2 s the confidence is above 0.9, and the value stays. */
+static void test_what_few_cycles_have_learnt_is_not_kept_without_torque(void)
+{
+    for (int known = 0; known < 2; known++) {
+        motor_t motor = usual();
+        begin(&motor);
+        motor.l_d = motor.l_q = 1.3 * L_TRUE;
+        run(&motor, known != 0 ? 2.0 : 0.22);
+        const double learnt = (double)x.learnt.value;
+        TEST_ASSERT_TRUE(learnt > 1.02 * L_TRUE);
+        TEST_ASSERT_EQUAL(known != 0, x.confidence > 0.9f);
+        motor.i_q = 0.0;
+        run(&motor, 0.1);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-2 * L_TRUE, known != 0 ? learnt : L_TRUE, (double)x.learnt.value);
+    }
+}
+
 /* The noise is uniform within 1 V. The sum over a cycle of 303 steps has an SD of 0.58 sqrt(303 x 0.533) =
  * 7.3 V. A whole L makes 400 x L x 0.5 x 0.533 x 303 = 404 V in it, times 0.9 of the low-pass: the error
  * is 2 %. The mean over 2/share cycles has 0.35 %. */

@@ -547,6 +547,27 @@ static void test_a_loop_that_does_not_settle_ends_a_reversal(void)
     }
 }
 
+/* In a reversal a load holds the rotor at zero speed, and the loop leaves it: it has 20 rad/s in the
+ * direction of the reference, without an EMF. That is no passed zero. The EMF has been missing for longer
+ * than 5 ms, so that the forced frame takes over in the next windows, and no rotor counts as lost. */
+static void test_a_loop_that_leaves_a_held_rotor_in_a_reversal_ends_in_the_forced_frame(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        given_heavy_running(way * 50.0);
+        wish.omega_m_ref = (float)way * -50.0f;
+        for (int k = 0; k < 20000 && way * machine.omega_m > 0.5; k++) {
+            step();
+        }
+        machine.blocked = true;
+        steps(0.01);
+        TEST_ASSERT_TRUE(m.reversing != 0u && m.now == (int32_t)MANOEUVRE_RUN);
+        machine.astray = way * -20.0 * POLE_PAIRS;
+        steps(0.005);
+        TEST_ASSERT_EQUAL_INT32(SOURCE_FORCED, fast.source);
+        TEST_ASSERT_EQUAL_UINT32(0u, m.losses.count);
+    }
+}
+
 /* At 20 rad/s^2 the rotor stays near zero speed for longer than the model of the loop can bridge. */
 static void test_slow_reversal_goes_through_zero_in_a_forced_frame(void)
 {

@@ -55,6 +55,14 @@ void fixed_take(fixed_t *fixed, const fixed_tuning_t *tuning);
 void fixed_init(fixed_t *fixed, const estimator_params_t *params);
 void fixed_set_flux(fixed_t *fixed, float flux_linkage, float speed_per_volt);
 void fixed_set_load(fixed_t *fixed, float current);
+
+/* No effect: this version has no lean. */
+static inline void fixed_set_lean(fixed_t *fixed, float lean)
+{
+    (void)fixed;
+    (void)lean;
+}
+
 void fixed_reset(fixed_t *fixed, position_t start, ab_t current);
 position_t fixed_step(fixed_t *fixed, ab_t voltage, ab_t current);
 position_t fixed_coast(fixed_t *fixed, ab_t voltage, ab_t current);

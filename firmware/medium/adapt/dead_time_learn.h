@@ -17,15 +17,22 @@
  * overcompensated current dwells between its zero crossings:
  *
  *     m(x) = low-pass of x at |omega_ref| in a frame that turns with the reference, which has no ripple
+ *     m(e) = omega_ref m(e/omega_ref), because the EMF grows with the speed while the frame accelerates
  *     d(T_e/T)/dt = g/((4/pi) <q s>) [u x (e - m(e))] s w/u_dc
  *     s = sin 12 phi,   w = 1/2 + dphi/(2 dphi_ref)
  *
  * V_hat then follows V with the rate g (medium/adapt/gain.h; docs/theory.md, 25). The learnt value is used
- * once it differs from the parameters by more than chance can explain; this threshold falls with g. The value
- * in use is then the nearest to the parameters that differs from the learnt one by no more than a wrong L may
- * have changed it. The law does not need the rotor's angle: it also learns in a forced frame and while the
- * estimate is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then
- * follows the link. An error of the drop is learnt as if it were time.
+ * once it differs from the parameters by more than chance can explain. Part of this threshold falls with g.
+ * The rest is the variance of the learnt value by the noise of the current sensors, which acts like the
+ * voltage 12 omega L s. The value that is compared is a low-pass of the learnt one with 2 |omega_ref|,
+ * because a slow EMF across the current, from a rotor that swings, moves the learnt value at the twelfth
+ * harmonic. The value in use is then the nearest to the parameters that differs from this one by no more than
+ * a wrong L may have changed it. Another model of the observer shows another EMF of the same rotor: the means
+ * begin again.
+ *
+ * The law does not need the rotor's angle: it also learns in a forced frame and while the estimate
+ * is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then follows the
+ * link. An error of the drop is learnt as if it were time.
  *
  * A component across the current that exceeds the whole dead band's voltage is ignored. If the component that
  * rotates against the current exceeds the effect of unequal legs, the current measurement is wrong and
@@ -65,7 +72,8 @@
 #define DEAD_TIME_LEARN_SETTLED 0.2f
 #define DEAD_TIME_LEARN_NEAR    0.6f
 #define DEAD_TIME_LEARN_RIPPLE  0.075f /* [-] of the dead band: effect of a wrong L at the largest ripple */
-#define DEAD_TIME_LEARN_CHANCE  0.08f  /* [-] of the dead band: effect of noise at the initial rate */
+/* [-] of the dead band: effect at the initial rate of chance other than the noise of the sensors */
+#define DEAD_TIME_LEARN_CHANCE 0.08f
 
 typedef struct {
     float rate;         /* initial rate [1/s]; 0: off */
@@ -79,26 +87,31 @@ typedef struct {
 } dead_time_learn_params_t;
 
 typedef struct {
-    float rate;           /* initial rate [1/s]; 0: off */
-    float per_rate;       /* 1/rate [s] */
-    float effective;      /* T_e/T of the parameters [-] */
-    float least, most;    /* limits of the learnt value [-] */
-    float band;           /* [-] */
-    float per_band;       /* psi_f over `band` [Wb] */
-    float flux_linkage;   /* [Wb] */
-    float current_square; /* least |i|^2 [A^2] */
-    float swing;          /* least |i| over the EMF of the speed [A/V] */
-    float period;         /* from one step to the next [s] */
+    float rate;             /* initial rate [1/s]; 0: off */
+    float per_rate;         /* 1/rate [s] */
+    float effective;        /* T_e/T of the parameters [-] */
+    float least, most;      /* limits of the learnt value [-] */
+    float band;             /* [-] */
+    float per_band;         /* psi_f over `band` [Wb] */
+    float flux_linkage;     /* [Wb] */
+    float current_square;   /* least |i|^2 [A^2] */
+    float swing;            /* least |i| over the EMF of the speed [A/V] */
+    float reactance_square; /* variance of the result of a step per square of omega s/u_dc [ohm^2 s^2] */
+    float period;           /* from one step to the next [s] */
 } dead_time_learn_tuning_t;
 
 typedef struct {
     dead_time_learn_tuning_t tuning;
     float effective; /* T_e/T in use [-] */
     float learnt;    /* T_e/T as learnt [-] */
+    float smooth;    /* low-pass of `learnt` [-] */
+    float variance;  /* of `learnt` by the noise of the sensors [-] */
+    uint32_t model;  /* of the observer in the last step [-] */
     float rate;      /* present rate [1/s] */
     float ripple; /* [-] mean of (DEAD_TIME_LEARN_SWINGS e T/(L |i|))^2 of the steps that `learnt` contains */
     uint32_t begun;  /* [-] 1: the following values belong to the last periods */
     ab_t emf_mean;   /* m(e) [V] */
+    float omega_ref; /* of the last step [rad/s] */
     ab_t along_mean; /* m(u) [-] */
     ab_t along;      /* u of the last step [-] */
     float way;       /* w of the last step [-] */
@@ -117,6 +130,7 @@ typedef struct {
     float omega_e_ref; /* its reference [rad/s], electrical, finite */
     float link;        /* mean of the last period [V] */
     float noise;       /* mean square of the noise of a current sensor [A^2] */
+    uint32_t model;    /* [-] a number of the observer's model of the rotor: another one has another EMF */
 } dead_time_learn_input_t;
 
 /* Computes the coefficients. Two divisions. */

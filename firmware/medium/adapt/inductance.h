@@ -217,9 +217,11 @@ void inductance_init(inductance_t *x, const inductance_tuning_t *tuning);
  * unchanged and learning is on; otherwise learning restarts from the parameter. */
 void inductance_take(inductance_t *x, const inductance_tuning_t *tuning);
 
-/* The loop may not be judged: the cycle is discarded. */
+/* The loop may not be judged: the cycle is discarded, and so is a value whose few cycles have not given it
+ * enough confidence yet. */
 static inline void inductance_rest(inductance_t *x)
 {
+    x->learnt.value = x->look.kept;
     x->left = 0u;
     x->follows = 0u;
     x->confidence = 0.0f;

@@ -134,13 +134,16 @@ static void lose(manoeuvres_t *m, const estimate_t *estimate, setpoint_t *setpoi
 }
 
 /* Detects a requested reversal through zero speed and a reference that is too slow to track. In both cases
- * neither loop nor lock is judged where the EMF is small, and the EMF may be missing for a while. */
+ * neither loop nor lock is judged where the EMF is small, and the EMF may be missing for a while. The speed
+ * of the loop alone does not show that the rotor has passed zero: beside a rotor that a load holds, the
+ * errors of R and of the dead time may accelerate the loop in the direction of the reference. */
 static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
 {
     const float slow = m->limits.fallback_speed;
     if (omega_ref * m->omega_ref < 0.0f || bounds_within(omega_ref, slow)) {
         m->reversing = 1u;
-    } else if (m->reversing != 0u && omega_ref * omega > 0.0f && !bounds_within(omega, PASSED_SHARE * slow)) {
+    } else if (m->reversing != 0u && omega_ref * omega > 0.0f && !bounds_within(omega, PASSED_SHARE * slow) &&
+               !lock_is_off(&m->lock)) {
         m->reversing = 0u;
         m->windows = 0u; /* the masking time of a hand-over */
     }

@@ -13,11 +13,6 @@
 #define LEGS         3.0   /* [-] share of one leg in the mean of all */
 /* [-] of the true value: from this difference on a learnt value counts as changed */
 #define MOVED 0.005
-/* [-] of the error of the configured value: a learnt value with a smaller error is not the cause of a larger
- * mean. For small errors the mean of the angle error is a sum of one part for each value, proportional to the
- * error of this value. If each part decreases and the sum becomes larger, then the errors of the configured
- * values have compensated each other. */
-#define NEARER 1.0
 
 /* A load that depends on the angle keeps the angle error changing, independent of the learning. */
 static bool has_steady_load(const campaign_case_t *drawn)
@@ -65,14 +60,17 @@ static void keep_learnt(campaign_angles_t *angles, const uint32_t *rows)
     angles->truth[0] = angles->lost_time * campaign_number(rows, CAMPAIGN_AT_true_u_dc) + angles->drop;
 }
 
-/* true: the learnt values differ from the configured ones, and are nearer to the true ones. */
+/* true: the learnt values differ from the configured ones, and are nearer to the true ones. They are not the
+ * cause of a larger mean then: for small errors the mean of the angle error is a sum of one part for each
+ * value, proportional to the error of this value. If each part decreases and the sum becomes larger, then the
+ * errors of the configured values have compensated each other. */
 static bool is_truer(const campaign_angles_t *with, const campaign_angles_t *without)
 {
     bool truer = false;
     for (uint32_t n = 0; n < (uint32_t)CAMPAIGN_LEARNT_COUNT; n++) {
         const double truth = with->truth[n];
         const bool moved = fabs(with->learnt[n] - without->learnt[n]) > MOVED * fabs(truth);
-        if (moved && fabs(with->learnt[n] - truth) >= NEARER * fabs(without->learnt[n] - truth)) {
+        if (moved && fabs(with->learnt[n] - truth) >= fabs(without->learnt[n] - truth)) {
             return false;
         }
         truer = truer || moved;

@@ -335,14 +335,14 @@ static float load_share(medium_t *medium, const medium_tuning_t *tuning, const w
     return medium->speed.still <= DRIVE_LATENCY && share < 1.0f ? 0.0f : share;
 }
 
-/* 12 z is four times the current that the effective dead time changes, and `swing` is DEAD_TIME_LEARN_SWINGS
+/* z/2 is a sixth of the current that the effective dead time changes, and `swing` is DEAD_TIME_LEARN_SWINGS
  * T/L. */
-#define SWING_OF_ZONE (4.0f / DEAD_TIME_LEARN_SWINGS)
+#define SHIFT_OF_SWING (1.0f / (6.0f * DEAD_TIME_LEARN_SWINGS))
 
 /* The zone of the legs at this DC link [V]. */
 static float per_zone(const medium_t *medium, const medium_tuning_t *tuning, float link)
 {
-    return leg_zone_inverse(tuning->unequal_legs.per_zone, SWING_OF_ZONE * tuning->dead_time_learn.swing *
+    return leg_zone_inverse(tuning->unequal_legs.per_zone, SHIFT_OF_SWING * tuning->dead_time_learn.swing *
                                                                medium->dead_time_learn.effective * link);
 }
 

@@ -51,15 +51,12 @@ static inline abc_t dead_time_signs(const dead_time_tuning_t *dead_time, abc_t c
                    bounds_clamp(dead_time->per_zone * current.c, 1.0f)};
 }
 
-/* The sum of both edges, -2 to 2, for legs whose two edges occur at `current` - `swing` and `current` +
- * `swing` [A]. */
-static inline abc_t dead_time_edge_signs(const dead_time_tuning_t *dead_time, abc_t current, abc_t swing)
+/* The sum of both edges, -2 to 2, for legs whose two edges occur at the currents `first` and `second` [A]. */
+static inline abc_t dead_time_edge_signs(const dead_time_tuning_t *dead_time, abc_t first, abc_t second)
 {
-    const abc_t falling = {current.a - swing.a, current.b - swing.b, current.c - swing.c};
-    const abc_t rising = {current.a + swing.a, current.b + swing.b, current.c + swing.c};
-    const abc_t first = dead_time_signs(dead_time, falling);
-    const abc_t second = dead_time_signs(dead_time, rising);
-    return (abc_t){first.a + second.a, first.b + second.b, first.c + second.c};
+    const abc_t one = dead_time_signs(dead_time, first);
+    const abc_t two = dead_time_signs(dead_time, second);
+    return (abc_t){one.a + two.a, one.b + two.b, one.c + two.c};
 }
 
 /* Mean lost voltage [V] in the stationary frame for these signs, if a leg whose sign is certain loses `leg`

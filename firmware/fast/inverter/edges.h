@@ -28,55 +28,72 @@
 #include "math/frames.h"
 
 typedef struct {
-    float current_per_volt; /* T/L [A/V] */
-    float whole;   /* share of the period for which the sampled switch of a leg of duty 0 is off [-] */
-    float way;     /* 1, or -1 where the lower switches are sampled [-] */
-    float quarter; /* `way` times T/4 [s] */
+    float current_per_volt; /* T/(24 L) [A/V] */
+    float
+        whole;  /* twice the share of the period for which the sampled switch of a leg of duty 0 is off [-] */
+    float way;  /* 1, or -1 where the lower switches are sampled [-] */
+    float turn; /* T/(8 sqrt 3) [s] */
 } edges_tuning_t;
 
-/* Of each leg [A]. */
+/* Of each leg, in the unit of the call. */
 typedef struct {
-    abc_t bend;  /* b_j, mean of the currents at the ends of the period minus that at the edges */
-    abc_t swing; /* +-a_j, half of the change from one edge to the other */
+    abc_t first, second; /* current at its edges */
 } edges_t;
 
 /* Coefficients for the period T [s] and the inductance L [H], > 0. `upper`: the currents are sampled while
  * the upper switches are on, else the lower ones. One division. */
 static inline edges_tuning_t edges_prepare(float period, float inductance, bool upper)
 {
-    const float way = upper ? 1.0f : -1.0f;
-    return (edges_tuning_t){period / inductance, upper ? 1.0f : 0.0f, way, way * 0.25f * period};
+    return (edges_tuning_t){
+        period / (24.0f * inductance),
+        upper ? 2.0f : 0.0f,
+        upper ? 1.0f : -1.0f,
+        0.125f * FRAMES_ONE_OVER_SQRT_3 * period,
+    };
 }
 
-/* Currents at the edges of each leg. `duty` of the upper switches that acts [-], `change` of the current in
- * the period [A], `effective`: T_e/T [-], speed `omega_e` at which the EMF turns [rad/s], DC link `u_dc` [V].
- * No division. The sum of the differences max(0, x) is half of that of |x| + x. */
-static inline edges_t edges_currents(const edges_tuning_t *edges, abc_t duty, ab_t change, float effective,
-                                     float omega_e, float u_dc)
+/* What the other two legs do to the current of one. */
+typedef struct {
+    float pull, first, second;
+} edges_others_t;
+
+static inline edges_others_t edges_others(float one, float other, float band)
 {
-    const float way = edges->way;
-    const ab_t made = frames_clarke(duty); /* a share that all legs have makes no voltage */
-    const float ampere = edges->current_per_volt * u_dc;
-    const float half_way = 0.5f * way;
-    const ab_t half = {half_way * (change.alpha - ampere * made.alpha),
-                       half_way * (change.beta - ampere * made.beta)};
-    const float turn = edges->quarter * omega_e;
-    const abc_t off = frames_inverse_clarke(half);
-    const abc_t bent = frames_inverse_clarke((ab_t){-turn * half.beta, turn * half.alpha});
+    const float sum = one + other;
+    return (edges_others_t){
+        sum,
+        sum + (bounds_magnitude(one) + bounds_magnitude(other)),
+        sum + (bounds_magnitude(one + band) + bounds_magnitude(other + band)),
+    };
+}
+
+static inline edges_t edges_currents(const edges_tuning_t *edges, float unit, abc_t duty, ab_t middle,
+                                     ab_t change, float effective, float omega_e, float u_dc)
+{
+    const float way = edges->way * unit;
+    const float quarter = 0.25f * way;
+    const float ampere = edges->current_per_volt * unit * u_dc;
     const float whole = edges->whole;
-    const abc_t rest = {whole - way * duty.a, whole - way * duty.b, whole - way * duty.c};
-    const float ab = bounds_magnitude(rest.b - rest.a);
-    const float bc = bounds_magnitude(rest.c - rest.b);
-    const float ca = bounds_magnitude(rest.a - rest.c);
-    const float quarter = 0.25f * ampere;
-    const float twelfth = ampere * (1.0f / 12.0f);
-    const float common = rest.a + rest.b + rest.c + 2.0f * effective;
+    const float both = edges->way + edges->way;
+    const float band = 4.0f * effective * ampere;
+    const abc_t current = frames_inverse_clarke((ab_t){way * middle.alpha, way * middle.beta});
+    const abc_t part = frames_inverse_clarke((ab_t){quarter * change.alpha, quarter * change.beta});
+    const abc_t rest = {whole - both * duty.a, whole - both * duty.b, whole - both * duty.c};
+    const abc_t own = {ampere * rest.a, ampere * rest.b, ampere * rest.c};
+    const abc_t later = {current.a > 0.0f ? own.a + band : own.a, current.b > 0.0f ? own.b + band : own.b,
+                         current.c > 0.0f ? own.c + band : own.c};
+    const edges_others_t a = edges_others(own.a - later.b, own.a - later.c, band);
+    const edges_others_t b = edges_others(own.b - later.c, own.b - later.a, band);
+    const edges_others_t c = edges_others(own.c - later.a, own.c - later.b, band);
+    const abc_t f = {part.a + (band + a.pull), part.b + (band + b.pull), part.c + (band + c.pull)};
+    const float turn = edges->turn * omega_e;
+    const abc_t at = {current.a - turn * (f.c - f.b) * (4.0f - rest.a * rest.a),
+                      current.b - turn * (f.a - f.c) * (4.0f - rest.b * rest.b),
+                      current.c - turn * (f.b - f.a) * (4.0f - rest.c * rest.c)};
+    const abc_t off = {rest.a * f.a, rest.b * f.b, rest.c * f.c};
     return (edges_t){
-        {bent.a * (1.0f - rest.a * rest.a), bent.b * (1.0f - rest.b * rest.b),
-         bent.c * (1.0f - rest.c * rest.c)},
-        {rest.a * (off.a - quarter) - twelfth * (ab + ca - common),
-         rest.b * (off.b - quarter) - twelfth * (ab + bc - common),
-         rest.c * (off.c - quarter) - twelfth * (bc + ca - common)},
+        {at.a - off.a + a.first, at.b - off.b + b.first, at.c - off.c + c.first},
+        {at.a + off.a - a.second, at.b + off.b - b.second, at.c + off.c - c.second},
     };
 }
 

@@ -108,14 +108,6 @@ static inline inverter_made_t inverter_make(const inverter_t *inverter, const in
     };
 }
 
-/* Duties that act after the dead time, for currents with these signs. */
-static inline abc_t inverter_effective(const inverter_t *inverter, abc_t signs)
-{
-    const float effective = inverter->lost.volt_per_volt;
-    const abc_t duty = inverter->duty_prev[1];
-    return (abc_t){duty.a - effective * signs.a, duty.b - effective * signs.b, duty.c - effective * signs.c};
-}
-
 /* The voltage that acted in the last period, from the current [A] and the DC link [V] at t_k and the speed
  * [rad/s] at which the voltage turns. The mean current determines the duties that act after the dead time,
  * these determine the current at the edges, and that current determines the loss. No division. */
@@ -127,21 +119,16 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const 
     const float link = 0.5f * (u_dc + inverter->u_dc_prev);
     const ab_t middle = {0.5f * (current.alpha + last.alpha), 0.5f * (current.beta + last.beta)};
     const ab_t change = {current.alpha - last.alpha, current.beta - last.beta};
-    const abc_t phases = frames_inverse_clarke(middle);
-    const abc_t duty = inverter_effective(inverter, dead_time_signs(dead_time, phases));
-    const edges_t edges =
-        edges_currents(&tuning->edges, duty, change, dead_time->volt_per_volt, omega_e, link);
-    const abc_t at_edges = {phases.a - edges.bend.a, phases.b - edges.bend.b, phases.c - edges.bend.c};
-    const abc_t signs = dead_time_edge_signs(dead_time, at_edges, edges.swing);
+    const abc_t duty = inverter->duty_prev[1];
+    const edges_t edges = edges_currents(&tuning->edges, dead_time->per_zone, duty, middle, change,
+                                         dead_time->volt_per_volt, omega_e, link);
     const float leg = dead_time_leg(dead_time, link);
-    const ab_t lost = dead_time_voltage(signs, 0.5f * leg); /* half at each edge */
-    const ab_t made = frames_clarke(inverter->duty_prev[1]);
-    return (inverter_acted_t){
-        {made.alpha * link - lost.alpha, made.beta * link - lost.beta},
-        middle,
-        link,
-        leg,
-    };
+    const float half = 0.5f * tuning->edges.way * leg; /* at each edge */
+    const abc_t poles = {
+        link * duty.a - half * (bounds_clamp(edges.first.a, 1.0f) + bounds_clamp(edges.second.a, 1.0f)),
+        link * duty.b - half * (bounds_clamp(edges.first.b, 1.0f) + bounds_clamp(edges.second.b, 1.0f)),
+        link * duty.c - half * (bounds_clamp(edges.first.c, 1.0f) + bounds_clamp(edges.second.c, 1.0f))};
+    return (inverter_acted_t){frames_clarke(poles), middle, link, leg};
 }
 
 /* The end of a period: stores its duties, its current [A] and its DC link [V] for the next periods. */

@@ -14,11 +14,12 @@
 #ifndef MEDIUM_ADAPT_LEG_ZONE_H
 #define MEDIUM_ADAPT_LEG_ZONE_H
 
-/* One over the half width [1/A], for the zone `per_zone` [1/A], 12 z [A]. One division where z is the larger
- * one. */
-static inline float leg_zone_inverse(float per_zone, float twelve_z)
+#include "math/bounds.h"
+
+/* One over the half width [1/A], for the zone `per_zone` [1/A] and the shift z/2 [A]. One division. */
+static inline float leg_zone_inverse(float per_zone, float shift)
 {
-    return twelve_z * per_zone > 12.0f ? 12.0f / twelve_z : per_zone;
+    return per_zone / (1.0f + per_zone * bounds_magnitude(shift));
 }
 
 #endif

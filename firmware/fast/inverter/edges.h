@@ -1,24 +1,26 @@
-/* The current of a leg at its two edges.
+/* The current of a leg at its two edges, from which the sign of its loss follows.
  *
  * The switches whose zero vector is sampled (here: the upper ones) are on at both ends of a period and off
- * around its middle: leg j, with duty d_j, falls at d_j T/2 and rises at T - d_j T/2. The voltage of the legs
- * is an even function about the middle, so its current is an odd one, and the currents at the edges are
+ * around its middle: leg j, with duty d_j, falls at d_j T/2 and rises at T - d_j T/2, each time within the
+ * dead time T_e around this instant. In the dead time both of its switches are off. A current through its
+ * diodes is driven towards zero and then held there, so that the edge occurs where the current after the dead
+ * time decides: with the edge in the middle of the dead time this current would be
  *
- *     i_j - b_j - a_j (falling),   i_j - b_j + a_j (rising),   i_j = (i_j(t_k-1) + i_j(t_k))/2
- *     f = (Di - T/L u)/2
- *     a_j = (1 - d_j) f_j - T u_dc/(6 L) (sum over x of max(0, d_x - d_j) - T_e/T)
- *     b_j = omega T/4 (j f)_j (1 - (1 - d_j)^2)
+ *     i_j - b_j + c - r_j f_j + A/6 sum over x of max(0, y_x - e)          first edge
+ *     i_j - b_j + c + r_j f_j - A/6 sum over x of max(y_x, -e)             second edge
+ *     f_j = (Di_j + A/3 sum over x of y_x)/2,   b_j = omega T/4 (j f)_j (1 - r_j^2),   r_j = 1 - d_j
+ *     y_x = d_x - e sign(i_x) - d_j,   A = T u_dc/L,   e = T_e/T
  *
- * with the change Di of the current in this period, the voltage u on the winding, and duties that act after
- * the dead time, d - T_e/T sign(i). f is the effect of EMF and resistance in half a period, the first term of
- * a_j that while the leg is off. The second is the effect of the legs that are on longer. T_e accounts for
- * the dead time of the leg itself, in which a leg without current has half of the link voltage. b_j is the
- * effect of an EMF that turns with the speed omega: the current of f is a parabola. It is small, but at a
- * turn of 0.3 rad in a period it changes the signs of both edges where i_j is almost zero. Where the lower
- * switches are sampled, d is their share, 1 - duty, and currents and voltages have the opposite sign.
- * Derivation: docs/theory.md, 12.
+ * and the sign of the loss is this current over its zone, limited to +-1 (medium/adapt/leg_zone.h). i_j is
+ * the mean of the currents at both ends of the period, Di_j their difference, f_j the effect of EMF and
+ * resistance in half a period, b_j that of an EMF which turns with the speed omega. The sums are the effect
+ * of the other two legs x, whose edges are where the signs of their currents put them: a leg whose own sign
+ * is not certain has others whose signs are. c accounts for the zone itself: with mu = A e/6 over the zone,
+ * c = (mu^2 - mu^4)/2 zones. Where the lower switches are sampled, d is their share, 1 - duty, and currents
+ * and voltages have the opposite sign. Derivation: docs/theory.md, 12.
  *
- * No state. */
+ * No state. Does not handle: the difference between the two edges of one leg in their effect on each other.
+ */
 #ifndef FAST_INVERTER_EDGES_H
 #define FAST_INVERTER_EDGES_H
 
@@ -32,13 +34,18 @@ typedef struct {
     float
         whole;  /* twice the share of the period for which the sampled switch of a leg of duty 0 is off [-] */
     float way;  /* 1, or -1 where the lower switches are sampled [-] */
-    float turn; /* T/(8 sqrt 3) [s] */
+    float turn; /* T/(8 sqrt(3)) [s] */
 } edges_tuning_t;
 
-/* Of each leg, in the unit of the call. */
+/* Of each leg, over the zone [-]; positive in the direction of the sampled switches. */
 typedef struct {
-    abc_t first, second; /* current at its edges */
+    abc_t first, second;
 } edges_t;
+
+/* What the other two legs do to the current of one. */
+typedef struct {
+    float sum, first, second;
+} edges_others_t;
 
 /* Coefficients for the period T [s] and the inductance L [H], > 0. `upper`: the currents are sampled while
  * the upper switches are on, else the lower ones. One division. */
@@ -52,27 +59,26 @@ static inline edges_tuning_t edges_prepare(float period, float inductance, bool 
     };
 }
 
-/* What the other two legs do to the current of one. */
-typedef struct {
-    float pull, first, second;
-} edges_others_t;
-
+/* `one`, `other`: y - e of both, `band`: 2 e, in the same unit. max(0, x) is half of x + |x|. */
 static inline edges_others_t edges_others(float one, float other, float band)
 {
-    const float sum = one + other;
     return (edges_others_t){
-        sum,
-        sum + (bounds_magnitude(one) + bounds_magnitude(other)),
-        sum + (bounds_magnitude(one + band) + bounds_magnitude(other + band)),
+        one + other,
+        bounds_magnitude(one) + bounds_magnitude(other),
+        bounds_magnitude(one + band) + bounds_magnitude(other + band),
     };
 }
 
-static inline edges_t edges_currents(const edges_tuning_t *edges, float unit, abc_t duty, ab_t middle,
+/* Currents over the zone at the edges. `per_zone`: 1/zone [1/A], `duty`: of the upper switches, as commanded
+ * [-], `middle`: mean of the current in the period, `change`: its change [A], `effective`: e [-], `omega_e`:
+ * speed at which the EMF turns [rad/s], `u_dc`: DC link [V]. No division. Duties are in the unit in which a
+ * whole period is A/12 over the zone; `rest` is 2 r_j. */
+static inline edges_t edges_currents(const edges_tuning_t *edges, float per_zone, abc_t duty, ab_t middle,
                                      ab_t change, float effective, float omega_e, float u_dc)
 {
-    const float way = edges->way * unit;
+    const float way = edges->way * per_zone;
     const float quarter = 0.25f * way;
-    const float ampere = edges->current_per_volt * unit * u_dc;
+    const float ampere = edges->current_per_volt * per_zone * u_dc;
     const float whole = edges->whole;
     const float both = edges->way + edges->way;
     const float band = 4.0f * effective * ampere;
@@ -80,20 +86,22 @@ static inline edges_t edges_currents(const edges_tuning_t *edges, float unit, ab
     const abc_t part = frames_inverse_clarke((ab_t){quarter * change.alpha, quarter * change.beta});
     const abc_t rest = {whole - both * duty.a, whole - both * duty.b, whole - both * duty.c};
     const abc_t own = {ampere * rest.a, ampere * rest.b, ampere * rest.c};
-    const abc_t later = {current.a > 0.0f ? own.a + band : own.a, current.b > 0.0f ? own.b + band : own.b,
-                         current.c > 0.0f ? own.c + band : own.c};
-    const edges_others_t a = edges_others(own.a - later.b, own.a - later.c, band);
-    const edges_others_t b = edges_others(own.b - later.c, own.b - later.a, band);
-    const edges_others_t c = edges_others(own.c - later.a, own.c - later.b, band);
-    const abc_t f = {part.a + (band + a.pull), part.b + (band + b.pull), part.c + (band + c.pull)};
+    const abc_t late = {current.a > 0.0f ? own.a + band : own.a, current.b > 0.0f ? own.b + band : own.b,
+                        current.c > 0.0f ? own.c + band : own.c};
+    const edges_others_t a = edges_others(own.a - late.b, own.a - late.c, band);
+    const edges_others_t b = edges_others(own.b - late.c, own.b - late.a, band);
+    const edges_others_t c = edges_others(own.c - late.a, own.c - late.b, band);
+    const abc_t half_f = {part.a + (band + a.sum), part.b + (band + b.sum), part.c + (band + c.sum)};
     const float turn = edges->turn * omega_e;
-    const abc_t at = {current.a - turn * (f.c - f.b) * (4.0f - rest.a * rest.a),
-                      current.b - turn * (f.a - f.c) * (4.0f - rest.b * rest.b),
-                      current.c - turn * (f.b - f.a) * (4.0f - rest.c * rest.c)};
-    const abc_t off = {rest.a * f.a, rest.b * f.b, rest.c * f.c};
+    const float square = band * band; /* mu^2 */
+    const float shift = 0.5f * (square - square * square);
+    const abc_t at = {shift + current.a - turn * (half_f.c - half_f.b) * (4.0f - rest.a * rest.a),
+                      shift + current.b - turn * (half_f.a - half_f.c) * (4.0f - rest.b * rest.b),
+                      shift + current.c - turn * (half_f.b - half_f.a) * (4.0f - rest.c * rest.c)};
+    const abc_t swing = {a.sum - rest.a * half_f.a, b.sum - rest.b * half_f.b, c.sum - rest.c * half_f.c};
     return (edges_t){
-        {at.a - off.a + a.first, at.b - off.b + b.first, at.c - off.c + c.first},
-        {at.a + off.a - a.second, at.b + off.b - b.second, at.c + off.c - c.second},
+        {at.a + swing.a + a.first, at.b + swing.b + b.first, at.c + swing.c + c.first},
+        {at.a - swing.a - a.second, at.b - swing.b - b.second, at.c - swing.c - c.second},
     };
 }
 

@@ -44,20 +44,15 @@ static void test_is_the_sum_of_its_legs_in_and_out_of_the_zone(void)
     }
 }
 
-/* Each edge has its own half of the loss. With a zone of 0.4 A the currents at the two edges, 0.1 -+ 0.2
- * A, have the signs -1/4 and 3/4. If one edge is beyond the zone on one side and the other edge on the
- * other side, nothing is lost. */
+/* Each edge has its own half of the loss. Currents of -1/4 and 3/4 of the zone have the sum 1/2. If one edge
+ * is beyond the zone on one side and the other edge on the other side, nothing is lost. */
 static void test_each_edge_loses_half_by_its_own_current(void)
 {
-    const dead_time_tuning_t dead_time = dead_time_prepare(&PARAMS);
-    const abc_t current = {0.1f, 2.0f, -0.5f};
-    const abc_t swing = {0.2f, -0.3f, 1.0f};
-    const abc_t signs = dead_time_edge_signs(&dead_time, current, swing);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, (double)signs.a);
-    TEST_ASSERT_TRUE(signs.b == 2.0f);
-    TEST_ASSERT_TRUE(signs.c == 0.0f);
-    const abc_t other = {-0.2f, 0.3f, -1.0f};
-    const abc_t same = dead_time_edge_signs(&dead_time, current, other);
+    const abc_t first = {-0.25f, 5.75f, -3.75f};
+    const abc_t second = {0.75f, 4.25f, 1.25f};
+    const abc_t signs = dead_time_edge_signs(first, second);
+    TEST_ASSERT_TRUE(signs.a == 0.5f && signs.b == 2.0f && signs.c == 0.0f);
+    const abc_t same = dead_time_edge_signs(second, first);
     TEST_ASSERT_TRUE(same.a == signs.a && same.b == signs.b && same.c == signs.c);
 }
 

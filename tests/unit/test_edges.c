@@ -1,7 +1,8 @@
 /* The expected values are computed from the period piece by piece. A leg is on at both ends of the period
- * and off in the middle; each edge is early or late by half of T_e, depending on its current. In the dead
- * band of the tested leg, which carries no current, the voltage is the mean of both levels. Currents are
- * the integrals of these voltages and of an EMF that rotates. */
+ * and off in the middle; each edge is early or late by half of T_e, depending on its current. The edges of
+ * the tested leg, which carries no current, are in the middle of its dead times. Its current counts at the
+ * end of each dead time: the voltages of all legs act until then, the EMF until the middle. Currents are the
+ * integrals of these voltages and of an EMF that rotates. */
 #include "fast/inverter/edges.h"
 
 #include "tests/unit/compare.h"
@@ -36,19 +37,13 @@ static double way_of(const legs_t *legs)
 
 /* The time from 0 to `time` for which the sampled switch of this leg has been on. Its edges are late or
  * early by half of T_e, which reduces the voltage of a current that flows out of the leg. If the sign is
- * 0, the edge is in the middle of the dead band. */
+ * 0, the edge is in the middle of the dead time. */
 static double on_until(const legs_t *legs, int leg, double time)
 {
-    const double band = EFFECTIVE;
     const double falls = 0.5 * share_of(legs, leg);
     const double rises = 1.0 - falls;
-    const double late = way_of(legs) * legs->sign[leg] * 0.5 * band;
-    if (legs->sign[leg] != 0.0) {
-        return fmin(time, falls - late) + fmax(0.0, time - (rises + late));
-    }
-    const double begun = fmin(fmax(time - (falls - 0.5 * band), 0.0), band);
-    const double ended = fmin(fmax(time - (rises - 0.5 * band), 0.0), band);
-    return fmin(time, falls - 0.5 * band) + 0.5 * (begun + ended) + fmax(0.0, time - (rises + 0.5 * band));
+    const double late = way_of(legs) * legs->sign[leg] * 0.5 * EFFECTIVE;
+    return fmin(time, falls - late) + fmax(0.0, time - (rises + late));
 }
 
 /* The integral of the EMF of a leg until `time` [V]. */
@@ -59,28 +54,30 @@ static double emf_until(const legs_t *legs, int leg, double time)
     return legs->emf / legs->turn * (sin(begin + legs->turn * time) - sin(begin));
 }
 
-/* The current of a leg at `time` after the beginning of the period [A]. */
-static double current_at(const legs_t *legs, int leg, double time)
+/* The current of a leg after the beginning of the period [A], if the legs act until `time` and the EMF until
+ * `emf_time`. */
+static double current_by(const legs_t *legs, int leg, double time, double emf_time)
 {
     double mean = 0.0;
     for (int x = 0; x < 3; x++) {
         mean += on_until(legs, x, time) / 3.0;
     }
     const double volts =
-        way_of(legs) * LINK * (on_until(legs, leg, time) - mean) - emf_until(legs, leg, time);
+        way_of(legs) * LINK * (on_until(legs, leg, time) - mean) - emf_until(legs, leg, emf_time);
     return PERIOD / INDUCTANCE * volts;
 }
 
+/* With a zone of 1 A, in which the currents of the other legs, 2 A, are certain. */
 static edges_t edges_of(const legs_t *legs)
 {
     const edges_tuning_t edges = edges_prepare((float)PERIOD, (float)INDUCTANCE, legs->upper != 0);
-    const double change[3] = {current_at(legs, 0, 1.0), current_at(legs, 1, 1.0), current_at(legs, 2, 1.0)};
-    const abc_t duty = {(float)(legs->duty[0] - EFFECTIVE * legs->sign[0]),
-                        (float)(legs->duty[1] - EFFECTIVE * legs->sign[1]),
-                        (float)(legs->duty[2] - EFFECTIVE * legs->sign[2])};
-    const abc_t phases = {(float)change[0], (float)change[1], (float)change[2]};
-    return edges_currents(&edges, duty, frames_clarke(phases), (float)EFFECTIVE, (float)(legs->turn / PERIOD),
-                          (float)LINK);
+    const abc_t duty = {(float)legs->duty[0], (float)legs->duty[1], (float)legs->duty[2]};
+    const abc_t mean = {(float)(2.0 * legs->sign[0]), (float)(2.0 * legs->sign[1]),
+                        (float)(2.0 * legs->sign[2])};
+    const abc_t change = {(float)current_by(legs, 0, 1.0, 1.0), (float)current_by(legs, 1, 1.0, 1.0),
+                          (float)current_by(legs, 2, 1.0, 1.0)};
+    return edges_currents(&edges, 1.0f, duty, frames_clarke(mean), frames_clarke(change), (float)EFFECTIVE,
+                          (float)(legs->turn / PERIOD), (float)LINK);
 }
 
 static double of_leg(abc_t values, int leg)
@@ -89,9 +86,10 @@ static double of_leg(abc_t values, int leg)
 }
 
 /* Tested for all duties, with an EMF of this rotation, and with one leg after the other without current.
- * If the edge of another leg is within the dead band of the tested leg, the slope of the current changes
- * within the band, and the comparison is made in its middle. The model has the parabola of a rotating EMF;
- * the neglected terms are below turn^2/12 of the parabola, and turn^2/8 of the odd part. */
+ * The model has the parabola of a rotating EMF; the neglected terms are below turn^2/12 of the parabola, and
+ * turn^2/8 of the odd part. The parabola of a leg follows from the slopes of the other two, which the model
+ * takes as if their edges were in the middle of their dead times, too: each is wrong by T_e u_dc/(3 L), their
+ * difference over sqrt(3) by twice that. */
 static void expect_currents_at_the_edges(double turn)
 {
     double largest[2] = {0.0, 0.0};
@@ -107,19 +105,24 @@ static void expect_currents_at_the_edges(double turn)
                     legs.sign[x] = x == leg ? 0.0 : x == (leg + 1) % 3 ? 1.0 : -1.0;
                 }
                 const edges_t edges = edges_of(&legs);
-                const double swing = of_leg(edges.swing, leg);
-                const double bend = of_leg(edges.bend, leg);
-                const double falling = current_at(&legs, leg, 0.5 * share_of(&legs, leg));
-                const double rising = current_at(&legs, leg, 1.0 - 0.5 * share_of(&legs, leg));
-                const double sides = 0.5 * current_at(&legs, leg, 1.0);
+                const double way = way_of(&legs);
+                const double first = way * of_leg(edges.first, leg);
+                const double second = way * of_leg(edges.second, leg);
+                const double falls = 0.5 * share_of(&legs, leg);
+                const double sides = 0.5 * current_by(&legs, leg, 1.0, 1.0);
+                const double falling = current_by(&legs, leg, falls + 0.5 * EFFECTIVE, falls) - sides;
+                const double rising =
+                    current_by(&legs, leg, 1.0 - falls + 0.5 * EFFECTIVE, 1.0 - falls) - sides;
                 /* [A] change of the current in a period by the EMF. */
                 const double amperes = PERIOD / INDUCTANCE * legs.emf;
-                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + amperes * turn * turn * turn / 96.0, bend,
-                                          sides - 0.5 * (rising + falling));
+                const double slopes = 2.0 / sqrt(3.0) * EFFECTIVE * LINK * PERIOD / (3.0 * INDUCTANCE);
+                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + amperes * turn * turn * turn / 96.0 +
+                                              0.25 * turn * slopes,
+                                          0.5 * (falling + rising), 0.5 * (first + second));
                 TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + amperes * turn * turn / 48.0,
-                                          0.5 * (rising - falling), way_of(&legs) * swing);
-                largest[n % 2] = fmax(largest[n % 2], fabs(swing));
-                bent = fmax(bent, fabs(bend));
+                                          0.5 * (rising - falling), 0.5 * (second - first));
+                largest[n % 2] = fmax(largest[n % 2], 0.5 * fabs(rising - falling));
+                bent = fmax(bent, 0.5 * fabs(rising + falling));
             }
         }
     }

@@ -94,27 +94,31 @@ static double complex lost_between(const abc_t *duties, double complex before, d
 {
     const double made[3] = {(double)duties->a, (double)duties->b, (double)duties->c};
     const double complex middle = 0.5 * (before + now);
-    double on[3];
-    double free[3]; /* [A] change of the current by EMF and resistance in half a period */
+    const double ampere = u_dc * 1e-4 / INDUCTANCE;
+    double early[3] = {0.0}; /* sum of max(0, y - e) over the other legs */
+    double late[3] = {0.0};  /* sum of max(y, -e) */
+    double free[3];          /* [A] change of the current by EMF and resistance in half a period */
     double lost[3];
     for (int leg = 0; leg < 3; leg++) {
-        on[leg] = made[leg] - EFFECTIVE * sign_of(phase_of(middle, leg));
-    }
-    const double mean = (on[0] + on[1] + on[2]) / 3.0;
-    const double ampere = u_dc * 1e-4 / INDUCTANCE;
-    for (int leg = 0; leg < 3; leg++) {
-        free[leg] = 0.5 * (phase_of(now - before, leg) - ampere * (on[leg] - mean));
-    }
-    const double complex bent = 0.25 * TURN * J * vector_of(free);
-    for (int leg = 0; leg < 3; leg++) {
-        double longer = -EFFECTIVE;
+        double others = 0.0;
         for (int x = 0; x < 3; x++) {
-            longer += fmax(0.0, on[x] - on[leg]);
+            const double y = made[x] - EFFECTIVE * sign_of(phase_of(middle, x)) - made[leg];
+            if (x != leg) {
+                others += y;
+                early[leg] += fmax(0.0, y - EFFECTIVE);
+                late[leg] += fmax(y, -EFFECTIVE);
+            }
         }
-        const double rest = 1.0 - on[leg];
-        const double way = rest * free[leg] - ampere / 6.0 * longer;
-        const double current = phase_of(middle, leg) - (1.0 - rest * rest) * phase_of(bent, leg);
-        lost[leg] = 0.5 * leg_at(u_dc) * (sign_of(current - way) + sign_of(current + way));
+        free[leg] = 0.5 * (phase_of(now - before, leg) + ampere / 3.0 * others);
+    }
+    for (int leg = 0; leg < 3; leg++) {
+        /* (j f) of a leg is the difference of the other two over sqrt(3) */
+        const double across = (free[(leg + 2) % 3] - free[(leg + 1) % 3]) / sqrt(3.0);
+        const double rest = 1.0 - made[leg];
+        const double current = phase_of(middle, leg) - 0.25 * TURN * across * (1.0 - rest * rest);
+        const double first = current - rest * free[leg] + ampere / 6.0 * early[leg];
+        const double second = current + rest * free[leg] - ampere / 6.0 * late[leg];
+        lost[leg] = 0.5 * leg_at(u_dc) * (sign_of(first) + sign_of(second));
     }
     return vector_of(lost);
 }

@@ -1,4 +1,4 @@
-/* Expected: T_e u_dc/(3 L), by hand. */
+/* Expected: zone + T_e u_dc/(6 L), by hand. */
 #include "medium/adapt/leg_zone.h"
 
 #include "tests/unit/compare.h"
@@ -8,19 +8,23 @@
 static double width_of(double zone, double inductance, double effective, double u_dc)
 {
     return 1.0 / (double)leg_zone_inverse((float)(1.0 / zone),
-                                          (float)(4.0 * PERIOD / inductance * effective * u_dc));
+                                          (float)(PERIOD / inductance * effective * u_dc / 6.0));
 }
 
 static void test_a_small_inductance_makes_the_zone_wider(void)
 {
-    /* 2.3 us of 300 V in 3 x 1.5 mH: 0.1533 A */
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.3e-6 * 300.0 / 4.5e-3, width_of(0.05, 1.5e-3, 0.023, 300.0));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.3e-6 * 150.0 / 4.5e-3, width_of(0.05, 1.5e-3, 0.023, 150.0));
+    /* half of 2.3 us of 300 V in 3 x 1.5 mH: 0.0767 A */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.05 + 2.3e-6 * 300.0 / 9e-3, width_of(0.05, 1.5e-3, 0.023, 300.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.05 + 2.3e-6 * 150.0 / 9e-3, width_of(0.05, 1.5e-3, 0.023, 150.0));
 }
 
-static void test_otherwise_it_is_that_of_the_node(void)
+static void test_without_a_link_or_a_dead_time_it_is_that_of_the_node(void)
 {
-    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.05, width_of(0.05, 12.5e-3, 0.023, 311.0));
     TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.05, width_of(0.05, 1.5e-3, 0.023, 0.0));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.05, width_of(0.05, 1.5e-3, -0.01, 311.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.05, width_of(0.05, 1.5e-3, 0.0, 311.0));
+}
+
+static void test_a_dead_time_shorter_than_the_delays_does_not_make_the_zone_narrower(void)
+{
+    TEST_ASSERT_TRUE(width_of(0.05, 1.5e-3, -0.01, 311.0) >= 0.05);
 }

@@ -51,12 +51,12 @@ static inline abc_t dead_time_signs(const dead_time_tuning_t *dead_time, abc_t c
                    bounds_clamp(dead_time->per_zone * current.c, 1.0f)};
 }
 
-/* The sum of both edges, -2 to 2, for legs whose two edges occur at the currents `first` and `second` [A]. */
-static inline abc_t dead_time_edge_signs(const dead_time_tuning_t *dead_time, abc_t first, abc_t second)
+/* The sum of both edges, -2 to 2, for legs with these currents over the zone at their two edges. */
+static inline abc_t dead_time_edge_signs(abc_t first, abc_t second)
 {
-    const abc_t one = dead_time_signs(dead_time, first);
-    const abc_t two = dead_time_signs(dead_time, second);
-    return (abc_t){one.a + two.a, one.b + two.b, one.c + two.c};
+    return (abc_t){bounds_clamp(first.a, 1.0f) + bounds_clamp(second.a, 1.0f),
+                   bounds_clamp(first.b, 1.0f) + bounds_clamp(second.b, 1.0f),
+                   bounds_clamp(first.c, 1.0f) + bounds_clamp(second.c, 1.0f)};
 }
 
 /* Mean lost voltage [V] in the stationary frame for these signs, if a leg whose sign is certain loses `leg`

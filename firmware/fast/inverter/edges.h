@@ -6,8 +6,8 @@
  * diodes is driven towards zero and then held there, so that the edge occurs where the current after the dead
  * time decides: with the edge in the middle of the dead time this current would be
  *
- *     i_j - b_j + c - r_j f_j + A/6 sum over x of max(0, y_x - e)          first edge
- *     i_j - b_j + c + r_j f_j - A/6 sum over x of max(y_x, -e)             second edge
+ *     i_j - b_j - r_j f_j + A/6 sum over x of max(0, y_x - e)          first edge
+ *     i_j - b_j + r_j f_j - A/6 sum over x of max(y_x, -e)             second edge
  *     f_j = (Di_j + A/3 sum over x of y_x)/2,   b_j = omega T/4 (j f)_j (1 - r_j^2),   r_j = 1 - d_j
  *     y_x = d_x - e sign(i_x) - d_j,   A = T u_dc/L,   e = T_e/T
  *
@@ -69,6 +69,13 @@ static inline edges_others_t edges_others(float one, float other, float band)
     };
 }
 
+/* The late end of the dead time of another leg with this current over the zone: its edge is in the middle of
+ * a quarter, `band`, times 2 (1 + sign). The sign is half of |i + 1| - |i - 1|. */
+static inline float edges_late(float own, float current, float quarter)
+{
+    return own + quarter * (bounds_magnitude(current + 1.0f) - bounds_magnitude(current - 1.0f) + 2.0f);
+}
+
 /* Currents over the zone at the edges. `per_zone`: 1/zone [1/A], `duty`: of the upper switches, as commanded
  * [-], `middle`: mean of the current in the period, `change`: its change [A], `effective`: e [-], `omega_e`:
  * speed at which the EMF turns [rad/s], `u_dc`: DC link [V]. No division. Duties are in the unit in which a
@@ -86,18 +93,17 @@ static inline edges_t edges_currents(const edges_tuning_t *edges, float per_zone
     const abc_t part = frames_inverse_clarke((ab_t){quarter * change.alpha, quarter * change.beta});
     const abc_t rest = {whole - both * duty.a, whole - both * duty.b, whole - both * duty.c};
     const abc_t own = {ampere * rest.a, ampere * rest.b, ampere * rest.c};
-    const abc_t late = {current.a > 0.0f ? own.a + band : own.a, current.b > 0.0f ? own.b + band : own.b,
-                        current.c > 0.0f ? own.c + band : own.c};
+    const float part_band = 0.25f * band;
+    const abc_t late = {edges_late(own.a, current.a, part_band), edges_late(own.b, current.b, part_band),
+                        edges_late(own.c, current.c, part_band)};
     const edges_others_t a = edges_others(own.a - late.b, own.a - late.c, band);
     const edges_others_t b = edges_others(own.b - late.c, own.b - late.a, band);
     const edges_others_t c = edges_others(own.c - late.a, own.c - late.b, band);
     const abc_t half_f = {part.a + (band + a.sum), part.b + (band + b.sum), part.c + (band + c.sum)};
     const float turn = edges->turn * omega_e;
-    const float square = band * band; /* mu^2 */
-    const float shift = 0.5f * (square - square * square);
-    const abc_t at = {shift + current.a - turn * (half_f.c - half_f.b) * (4.0f - rest.a * rest.a),
-                      shift + current.b - turn * (half_f.a - half_f.c) * (4.0f - rest.b * rest.b),
-                      shift + current.c - turn * (half_f.b - half_f.a) * (4.0f - rest.c * rest.c)};
+    const abc_t at = {current.a - turn * (half_f.c - half_f.b) * (4.0f - rest.a * rest.a),
+                      current.b - turn * (half_f.a - half_f.c) * (4.0f - rest.b * rest.b),
+                      current.c - turn * (half_f.b - half_f.a) * (4.0f - rest.c * rest.c)};
     const abc_t swing = {a.sum - rest.a * half_f.a, b.sum - rest.b * half_f.b, c.sum - rest.c * half_f.c};
     return (edges_t){
         {at.a + swing.a + a.first, at.b + swing.b + b.first, at.c + swing.c + c.first},

@@ -109,8 +109,8 @@ static inline inverter_made_t inverter_make(const inverter_t *inverter, const in
 }
 
 /* The voltage that acted in the last period, from the current [A] and the DC link [V] at t_k and the speed
- * [rad/s] at which the voltage turns. The mean current determines the duties that act after the dead time,
- * these determine the current at the edges, and that current determines the loss. No division. */
+ * [rad/s] at which the voltage turns. The mean currents determine where the legs act on each other, this the
+ * current at the edges, and that current the loss. No division. */
 static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const inverter_tuning_t *tuning,
                                               ab_t current, float omega_e, float u_dc)
 {
@@ -123,11 +123,10 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const 
     const edges_t edges = edges_currents(&tuning->edges, dead_time->per_zone, duty, middle, change,
                                          dead_time->volt_per_volt, omega_e, link);
     const float leg = dead_time_leg(dead_time, link);
+    const abc_t signs = dead_time_edge_signs(edges.first, edges.second);
     const float half = 0.5f * tuning->edges.way * leg; /* at each edge */
-    const abc_t poles = {
-        link * duty.a - half * (bounds_clamp(edges.first.a, 1.0f) + bounds_clamp(edges.second.a, 1.0f)),
-        link * duty.b - half * (bounds_clamp(edges.first.b, 1.0f) + bounds_clamp(edges.second.b, 1.0f)),
-        link * duty.c - half * (bounds_clamp(edges.first.c, 1.0f) + bounds_clamp(edges.second.c, 1.0f))};
+    const abc_t poles = {link * duty.a - half * signs.a, link * duty.b - half * signs.b,
+                         link * duty.c - half * signs.c};
     return (inverter_acted_t){frames_clarke(poles), middle, link, leg};
 }
 

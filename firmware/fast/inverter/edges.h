@@ -2,25 +2,24 @@
  *
  * The switches whose zero vector is sampled (here: the upper ones) are on at both ends of a period and off
  * around its middle: leg j, with duty d_j, falls at d_j T/2 and rises at T - d_j T/2, each time within the
- * dead time T_e around this instant. In the dead time both of its switches are off. A current through its
- * diodes is driven towards zero and then held there, so that the edge occurs where the current after the dead
- * time decides: with the edge in the middle of the dead time this current would be
+ * dead time T_e around this instant. In the dead time both of its switches are off. The diodes drive a
+ * current towards zero and then hold it there, so that the current after the dead time decides where the edge
+ * is. With the edge in the middle this current would be
  *
  *     i_j - b_j - r_j f_j + A/6 sum over x of max(0, y_x - e)          first edge
  *     i_j - b_j + r_j f_j - A/6 sum over x of max(y_x, -e)             second edge
  *     f_j = (Di_j + A/3 sum over x of y_x)/2,   b_j = omega T/4 (j f)_j (1 - r_j^2),   r_j = 1 - d_j
- *     y_x = d_x - e sign(i_x) - d_j,   A = T u_dc/L,   e = T_e/T
+ *     y_x = d_x - e sat(i_x/w) - d_j,   A = T u_dc/L,   e = T_e/T
  *
- * and the sign of the loss is this current over its zone, limited to +-1 (medium/adapt/leg_zone.h). i_j is
- * the mean of the currents at both ends of the period, Di_j their difference, f_j the effect of EMF and
+ * and the sign of the loss is sat() of this current over the zone w (medium/adapt/leg_zone.h). i_j is the
+ * mean of the currents at both ends of the period, Di_j their difference, f_j the effect of EMF and
  * resistance in half a period, b_j that of an EMF which turns with the speed omega. The sums are the effect
- * of the other two legs x, whose edges are where the signs of their currents put them: a leg whose own sign
- * is not certain has others whose signs are. c accounts for the zone itself: with mu = A e/6 over the zone,
- * c = (mu^2 - mu^4)/2 zones. Where the lower switches are sampled, d is their share, 1 - duty, and currents
- * and voltages have the opposite sign. Derivation: docs/theory.md, 12.
+ * of the other two legs x, whose edges are where their mean currents put them: a leg whose own sign is not
+ * certain has others whose signs are, unless all currents are small. Where the lower switches are sampled, d
+ * is their share, 1 - duty, and currents and voltages have the opposite sign. Derivation: docs/theory.md, 12.
  *
- * No state. Does not handle: the difference between the two edges of one leg in their effect on each other.
- */
+ * No state. Does not handle: two edges of a leg that lose different shares, of which each shifts the current
+ * at the other one by up to T_e u_dc/(12 L); the effect of the signs on b_j. */
 #ifndef FAST_INVERTER_EDGES_H
 #define FAST_INVERTER_EDGES_H
 
@@ -31,10 +30,9 @@
 
 typedef struct {
     float current_per_volt; /* T/(24 L) [A/V] */
-    float
-        whole;  /* twice the share of the period for which the sampled switch of a leg of duty 0 is off [-] */
-    float way;  /* 1, or -1 where the lower switches are sampled [-] */
-    float turn; /* T/(8 sqrt(3)) [s] */
+    float whole;            /* twice the share for which the sampled switch of a leg of duty 0 is off [-] */
+    float way;              /* 1, or -1 where the lower switches are sampled [-] */
+    float turn;             /* T/(8 sqrt(3)) [s] */
 } edges_tuning_t;
 
 /* Of each leg, over the zone [-]; positive in the direction of the sampled switches. */

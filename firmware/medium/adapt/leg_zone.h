@@ -1,14 +1,13 @@
-/* The zone of currents in which the sign at an edge of a leg is not certain.
+/* The half width w of the range of currents in which the sign of a leg's loss is not certain.
  *
- * Around zero the capacitance of the node makes the sign linear within +-zone. The model of the currents at
- * the edges (fast/inverter/edges.h) takes the loss of both edges from the mean current. If the two edges of
- * the leg lose different shares s' and s" of T_e, its currents are wrong by
+ * Around zero the capacitance of the node makes the sign linear within +-zone. In a dead time T_e the sign s
+ * of the leg itself changes its current by z s with z = T_e u_dc/(3 L), and the samples, which contain the
+ * effect of both edges, already show half of it: with equal signs at both edges and a duty of 1/2, where a
+ * current crosses zero,
  *
- *     z (1 - d) (s' + s")/2 and (z/2) s,   z = T_e u_dc/(3 L)
+ *     s zone = i - z/2 s,   w = zone + z/2
  *
- * since the samples contain the EMF and this loss together, and each edge shifts the current at the other
- * one. Therefore a sign is certain beyond z only, and the half width is the larger of zone and z. z is 20 mA
- * with 12.5 mH and 311 V, but 0.16 A with 1.5 mH.
+ * for the current i of fast/inverter/edges.h. z is 20 mA with 12.5 mH and 311 V, but 0.16 A with 1.5 mH.
  *
  * No state. Derivation: docs/theory.md, 12. */
 #ifndef MEDIUM_ADAPT_LEG_ZONE_H

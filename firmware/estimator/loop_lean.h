@@ -17,8 +17,8 @@
  *
  *     t = LOOP_LEAN_GAIN (LOOP_LEAN_SIGMAS u(L) |i_q|/psi_f - LOOP_LEAN_MARGIN c_stable/|omega|)
  *
- * but at least 0, with the sign of the speed. Then c <= LOOP_LEAN_MARGIN c_stable for this L. Where C is smaller, t is 0, and
- * so it is without a feed-forward (omega_c = 0).
+ * but at least 0, with the sign of the speed. Then c <= LOOP_LEAN_MARGIN c_stable for this L. Where C is
+ * smaller, t is 0, and so it is without a feed-forward (omega_c = 0).
  *
  * No state. Derivation: docs/theory.md, 6. */
 #ifndef ESTIMATOR_LOOP_LEAN_H

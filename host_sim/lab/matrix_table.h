@@ -214,6 +214,7 @@
 #define HIDDEN_SLOW      "at 20 r/min the EMF is 1.5 V, which the dead time hides: a standing rotor cannot be distinguished from one that follows"
 #define TWO_WINDOWS      "a value is suspected in the first whole window in which it is constant, and reported in the next one (docs/theory.md, 27)"
 #define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, plus its zero crossing of 2 ms and a window (docs/theory.md, 27)"
+#define SWINGS_IN        "half a turn of the alignment until the switch is needed; a rotor that swings in may feed the phase with 2.6 psi_f (docs/theory.md, 27)"
 #define EIGHT_MS_OF_EMF  "10.3 ms until 37 degrees are reached, 8 ms of the EMF at this speed, and three evaluations (docs/theory.md, 28)"
 #define NO_ENABLE_INPUT  "the board has no enable input"
 #define INPUT_COMES_LATER "with the bridge off the loss lasts until `enable` is on: an input that comes back starts nothing"
@@ -290,6 +291,7 @@
     P(SWAP_PHASES,      AT(OFF),    ENCODER, OPENS, "runaway stalled", 3.0, LIMIT, OUT, HELD_IN_PLACE) \
     P(SWAP_PHASES,      AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "the motor turns in the other direction: without the encoder this cannot be detected") \
     P(OPEN_SWITCH_A,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON_IN_ITS_HALF, LIMIT, OUT, "the switch is needed in half of each electrical turn only") \
+    P(OPEN_SWITCH_A,    AT(ALIGN),  SENSORLESS, OPENS, PHASE_REASONS, 0.55, LIMIT, OUT, SWINGS_IN) \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(OPEN_SWITCH_B,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS OR_SHUNT, SOON_IN_ITS_HALF, LIMIT, OUT, "the switch is needed in half of each electrical turn only") \

@@ -286,7 +286,7 @@ static void test_voltage_is_the_emf_when_it_acts(void)
     for (int n = 0; n < 6; n++) {
         catch_enter(&catching, WHOLE, (float)speeds[n]);
         const double complex emf = emf_of(speeds[n], 0.8);
-        const ab_t voltage = catch_voltage(&catching, &tuning, to_ab(emf));
+        const ab_t voltage = catch_voltage(&catching, &tuning, to_ab(emf), (ab_t){0.0f, 0.0f});
         const double complex expected = emf * cexp(J * 1.5 * T * speeds[n]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), creal(expected), (double)voltage.alpha);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), cimag(expected), (double)voltage.beta);
@@ -320,7 +320,7 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
  * board, the current is the one that clears the zone. */
 static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
 {
-    const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, false, 1.0f, (float)T};
+    const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.0f, 0.1f, 0.0f, false, 1.0f, (float)T};
     tuning = catch_prepare(&params);
     TEST_ASSERT_EQUAL_FLOAT(tuning.current, tuning.current_d);
 }

@@ -464,6 +464,29 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
     }
 }
 
+/* The open wire of phase a adds up to 60 V along its axis, with the cosine of the rotor's angle. psi_f is
+ * configured 1.25 times too large: 44 V less 35 V of the true EMF are beside the axis where the difference
+ * passes zero, and turn it by up to 20 degrees when the sign begins. The currents are too small to show a
+ * wire. That is no wrong encoder, in any of the turns. */
+static void test_a_wire_returns_to_its_axis_with_a_wrong_psi(void)
+{
+    encoder_watch_params_t params = usual(0.0, 0.0f);
+    params.unseen = 100.0f;
+    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    for (int n = 0; n < 6; n++) {
+        setUp();
+        encoder_watch_take(&watch, &tuning);
+        rotor = encoder = PI / 3.0 * n;
+        const double axis = PI * 2.0 / 3.0 * (n % 3);
+        for (int k = 0; k < 1000; k++) {
+            const double volts = 60.0 * cos(rotor - axis);
+            encoder_watch_add(&watch,
+                              (ab_t){(float)(EVERY * volts * cos(axis)), (float)(EVERY * volts * sin(axis))});
+            TEST_ASSERT_EQUAL_HEX32(0u, judge(240.0, 0.8, 240.0) & ~ENCODER_WATCH_WIRE);
+        }
+    }
+}
+
 /* The EMF of a window has noise of 8 V rms, since its ends are two measured currents: the 40 V of an open
  * wire are up to 36 degrees beside their axis in single windows. The rotor hardly turns, with its q axis
  * perpendicular to the phase. The mean difference remains on the axis: after half a second the broken wire

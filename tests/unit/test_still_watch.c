@@ -131,8 +131,8 @@ static void test_a_step_of_the_reference_is_not_a_stuck_sensor(void)
 }
 
 /* Sensor a stays at the reference, and in the second of three periods the voltage of its phase jumps by
- * `jump` [V]. 2 A in 12 mH need 240 V periods. The loss of three legs, twice with the other sign, is 16/3
- * of (2 us/100 us 311 V + 1 V), 38.5 V: together 279 V, 139.3 V in each of two periods. A rotor at 500
+ * `jump` [V]. 0.4 A in 12 mH need 48 V periods. The loss of three legs, twice with the other sign, is 16/3
+ * of (2 us/100 us 311 V + 1 V), 38.5 V: together 86.5 V, 43.3 V in each of two periods. A rotor at 500
  * rad/s with 100 V before the jump adds 3 x 0.05 x 100 V, 7.5 V in each period. */
 static unsigned pushed_after(float a, float b, float jump, float before)
 {
@@ -153,10 +153,10 @@ static void test_a_value_that_stays_while_its_voltage_jumps_is_stuck(void)
     static const struct {
         float a, b, jump, before, omega_e; /* [A], [V], [rad/s] */
         unsigned after;                    /* [periods]; 0: never */
-    } cases[] = {{0.3f, -2.0f, 140.0f, 5.0f, 0.0f, 3u},     {0.3f, -2.0f, -140.0f, -5.0f, 0.0f, 3u},
-                 {0.3f, -2.0f, 138.0f, 5.0f, 0.0f, 0u},     {0.1f, -2.0f, 140.0f, 5.0f, 0.0f, 8u},
-                 {0.3f, -2.0f, 148.0f, 100.0f, 500.0f, 3u}, {0.3f, -2.0f, 146.0f, 100.0f, 500.0f, 0u},
-                 {0.3f, -2.0f, 146.0f, 100.0f, 0.0f, 3u},   {0.3f, -2.0f, -148.0f, 100.0f, -500.0f, 3u}};
+    } cases[] = {{0.3f, -2.0f, 44.0f, 5.0f, 0.0f, 3u},     {0.3f, -2.0f, -44.0f, -5.0f, 0.0f, 3u},
+                 {0.3f, -2.0f, 42.0f, 5.0f, 0.0f, 0u},     {0.1f, -2.0f, 44.0f, 5.0f, 0.0f, 8u},
+                 {0.3f, -2.0f, 52.0f, 100.0f, 500.0f, 3u}, {0.3f, -2.0f, 50.0f, 100.0f, 500.0f, 0u},
+                 {0.3f, -2.0f, 50.0f, 100.0f, 0.0f, 3u},   {0.3f, -2.0f, -52.0f, 100.0f, -500.0f, 3u}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
         omega_e = cases[n].omega_e;

@@ -5,7 +5,7 @@
 #define OFF_SHARE  0.05f   /* [-] of the range */
 #define FAR_SHARE  0.15f   /* [-] of the range */
 #define NONE_SHARE 0.0075f /* [-] of the range: largest value of a phase without current */
-#define PUSH_SHARE 0.1f    /* [-] of the range: current that a jump of the voltage would have changed */
+#define PUSH_SHARE 0.02f   /* [-] of the range: change of the current by a jump of the voltage, 40 codes */
 /* The largest change of the dead time's loss: the loss of three legs, 4/3 of that of one, with the opposite
  * sign in two periods. */
 #define PUSH_DEAD 5.33333333f /* [-] */

@@ -6,8 +6,8 @@
  *             by more than 5 % of the range in each of the last four of them
  *
  *             or it has not changed in the last three periods, while the voltage of its phase jumped: in the
- *             last two of them it was larger than in the first, enough to change the current by 10 % of the
- *             range. An EMF does not jump
+ *             last two of them it was larger than in the first, enough to change the current by 2 % of the
+ *             range, 40 codes. An EMF does not jump
  *
  * With such a control error the current changes by many codes per period, unless the voltage is at the limit
  * of the link. Because of noise a value repeats for one or two periods at most. A phase with an open wire has

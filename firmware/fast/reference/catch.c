@@ -40,6 +40,7 @@ float catch_current_along(float doubtful, float current_d, bool salient)
 catch_tuning_t catch_prepare(const catch_params_t *params)
 {
     const float clear = CLEAR_OF_ZONE * params->doubtful;
+    const float current_d = catch_current_along(params->doubtful, params->current_d, params->salient);
     const float slowest = params->flux_linkage * params->speed_min;
     return (catch_tuning_t){
         .trail_share = lowpass_share(TRAIL_CUTOFF, params->period),
@@ -53,7 +54,8 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .speed_min = params->speed_min,
         .emf_min_square = STEADY_PART * STEADY_PART * slowest * slowest,
         .current = clear,
-        .current_d = catch_current_along(params->doubtful, params->current_d, params->salient),
+        .current_d = current_d,
+        .flux_share = 1.0f + params->inductance * current_d / params->flux_linkage,
         .lead = 1.5f * params->period,
         .reach = params->reach,
         .early = periods_of(EARLY_TIME, params->period),
@@ -219,7 +221,8 @@ ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning)
 
 ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf)
 {
-    return turned_on(catching, emf, tuning->lead);
+    const float share = catching->seen.turning != 0u ? tuning->flux_share : 1.0f;
+    return turned_on(catching, (ab_t){share * emf.alpha, share * emf.beta}, tuning->lead);
 }
 
 float catch_angle(ab_t emf, float omega_e)

@@ -167,12 +167,14 @@ static bool is_late(const manoeuvres_t *m, float toward)
  * the limit for a reference that is too slow to track, for a loop whose speed should make an EMF, and for a
  * loop that does not settle. The mean along the axis is judged, because noise has a length, too. While the
  * loop coasts the EMF is old and is not judged. Below the speed from which on the lock is judged, an EMF is
- * no proof of the angle: a loop that has had enough time and does not settle counts as a loop without EMF. */
+ * no proof of the angle: a loop that has had enough time and does not settle counts as a loop without EMF. So
+ * does a scattered loop whose EMF was missing: its own error makes an EMF. */
 static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const manoeuvres_limits_t *limits = &m->limits;
     const float slow = limits->fallback_speed;
-    const bool unsettled = m->judged == 0u && m->windows > MANOEUVRE_STEADY && lock_is_scattered(&m->lock);
+    const bool late = m->judged == 0u && m->windows > MANOEUVRE_STEADY;
+    const bool unsettled = (late || m->passage.missing != 0u) && lock_is_scattered(&m->lock);
     const bool seen = m->lock.projection >= limits->flux_linkage * slow && !unsettled;
     if (m->reversing == 0u || seen) {
         m->passage.missing = 0u;

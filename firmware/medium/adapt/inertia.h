@@ -39,7 +39,7 @@
 #include "math/bounds.h"
 #include "medium/adapt/assumed.h"
 
-#define INERTIA_LOAD_CUTOFF  1000.0f /* [rad/s] of the low-pass from i_q to i_L */
+#define INERTIA_LOAD_CUTOFF  100.0f  /* [rad/s] of the low-pass from i_q to i_L */
 #define INERTIA_LOAD_SETTLES 25.0f   /* [rad/s] the same for INERTIA_TAIL after a way */
 #define INERTIA_ARRIVED      8.0f    /* [rad/s] electrical: the speed is near the reference */
 #define INERTIA_TAIL         0.15f   /* [s] */

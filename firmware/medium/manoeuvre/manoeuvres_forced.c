@@ -224,7 +224,8 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
 }
 
 /* Changes from the estimate's frame to a forced one in which the same torque acts: its d axis is ahead of the
- * rotor's by the load angle. Two speeds, which can both be wrong, are available; the smaller one is used. */
+ * rotor's by the load angle. Two speeds, which can both be wrong, are available; the smaller one is used. If
+ * the loop is scattered, neither is that of the rotor, and the frame begins at rest. */
 void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const estimate_t *estimate = input->estimate;
@@ -239,7 +240,7 @@ void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     const float ahead = trig_angle((rotation_t){sine, square * inverse_root(square)});
     const float emf_speed = estimate->amplitude * m->limits.speed_per_volt;
     manoeuvres_enter(m, MANOEUVRE_FORCED);
-    m->forced.speed = bounds_clamp(estimate->omega_smooth, emf_speed);
+    m->forced.speed = lock_is_scattered(&m->lock) ? 0.0f : bounds_clamp(estimate->omega_smooth, emf_speed);
     m->forced.current = m->forced.wanted;
     begin_frame(m, FRAME_TURNS, ahead, setpoint);
 }

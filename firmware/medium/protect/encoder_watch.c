@@ -212,13 +212,13 @@ static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
  * there; that of a rotor whose encoder does not turn leaves it. A difference that has already stayed on an
  * axis passes through zero twice per turn of the rotor, and returns to the same axis with the other sign.
  * Near zero the error `wrong_flux` of psi_f omega [V^2] turns it by more than the angle that shows an axis:
- * it is then compared with the known axis only. */
+ * it is then compared with the known axis only: with small currents, or after ALONG_WINDOWS. */
 static bool is_of_a_phase(encoder_watch_t *watch, float wrong_flux)
 {
     const ab_t off = watch->off;
     watch->axis = watch->along != 0u ? watch->axis : off;
     const ab_t axis = watch->axis;
-    const bool returns = watch->along != 0u && is_unseen(watch);
+    const bool returns = watch->along >= (is_unseen(watch) ? 1u : ALONG_WINDOWS);
     const float beside = (is_unseen(watch) ? watch->tuning.beside : 0.0f) + noise_of(watch);
     const float about = beside + (returns ? wrong_flux : 0.0f);
     const float cross = off.alpha * axis.beta - off.beta * axis.alpha;

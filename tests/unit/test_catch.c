@@ -280,8 +280,8 @@ static void test_speed_is_that_of_the_start_until_it_is_seen(void)
     }
 }
 
-/* The voltage acts on [t_k+1, t_k+2), on average a period and a half later. The current along the d axis of a
- * rotor also needs j omega L i, with 20 mH, 2 A and 0.183 Wb 0.22 of the EMF; a constant one does not. */
+/* The voltage acts on [t_k+1, t_k+2), on average a period and a half later. A current that rotates with the
+ * rotor also needs j omega L i, a constant one does not. */
 static void test_voltage_is_the_emf_when_it_acts(void)
 {
     static const double speeds[] = {0.0, 30.0, -400.0, 1500.0, -5000.0, 5000.0};
@@ -290,9 +290,9 @@ static void test_voltage_is_the_emf_when_it_acts(void)
         catch_enter(&catching, WHOLE, (float)speed);
         catching.seen.turning = n % 2 == 0 ? 0u : 1u;
         const double complex emf = emf_of(speed, 0.8);
-        const double complex current = 2.0 * cexp(J * 0.8);
+        const double complex current = 1.5 - 0.7 * J;
         const double complex needed = n % 2 == 0 ? 0.0 : J * speed * 20e-3 * current;
-        const ab_t voltage = catch_voltage(&catching, &tuning, to_ab(emf));
+        const ab_t voltage = catch_voltage(&catching, &tuning, to_ab(emf), to_ab(current));
         const double complex expected = (emf + needed) * cexp(J * 1.5 * T * speed);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), creal(expected), (double)voltage.alpha);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), cimag(expected), (double)voltage.beta);

@@ -91,7 +91,7 @@ static void test_turning_rotor_is_caught_and_run(void)
 
 /* The catch is in the stationary frame with integrals at zero, and its voltage is the EMF at the time at
  * which it acts. The current is along phase a for 4 ms, then along the direction that makes no torque, where
- * its rotation needs omega L_d i in addition. */
+ * its rotation needs j omega L_d i. */
 static void test_catch_holds_the_emf_and_hardly_a_current(void)
 {
     make_heavy();
@@ -115,9 +115,9 @@ static void test_catch_holds_the_emf_and_hardly_a_current(void)
         const double complex voltage = of_dq(demand.emf);
         const double complex emf = of_ab(estimate.emf);
         TEST_ASSERT_EQUAL(n > 40, turned < 0.0);
-        const double needed =
-            n > 40 ? 3.0 * (double)(params.doubtful_current * params.motor_inductance_d) / PSI : 0.0;
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cabs(voltage - (1.0 + needed) * emf * cexp(J * turned)));
+        const double complex needed =
+            J * turned / (1.5 * T) * (double)params.motor_inductance_d * of_dq(demand.current);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cabs(voltage - (emf + needed) * cexp(J * turned)));
         TEST_ASSERT_EQUAL_FLOAT(fast.catching.omega_e, reference_speed(&fast));
     }
 }
@@ -588,8 +588,8 @@ static void test_a_loop_that_leaves_a_held_rotor_in_a_reversal_ends_in_the_force
     }
 }
 
-/* A load stops the rotor at 25 rad/s, and the loop runs on in the direction of the reference with 20 rad/s.
- * The mean EMF along its axis is still that of the old direction, 25 rad/s exp(-t/5 ms); it is no proof that
+/* A load stops the rotor at 25 rad/s, and the loop runs on in the direction of the reference with 20 rad/s. The
+ * mean EMF along its axis is still that of the old direction, 25 rad/s exp(-t/5 ms); it is no proof that
  * the rotor has passed zero. */
 static void test_the_emf_of_the_old_direction_does_not_end_a_reversal(void)
 {

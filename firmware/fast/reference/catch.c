@@ -40,7 +40,6 @@ float catch_current_along(float doubtful, float current_d, bool salient)
 catch_tuning_t catch_prepare(const catch_params_t *params)
 {
     const float clear = CLEAR_OF_ZONE * params->doubtful;
-    const float current_d = catch_current_along(params->doubtful, params->current_d, params->salient);
     const float slowest = params->flux_linkage * params->speed_min;
     return (catch_tuning_t){
         .trail_share = lowpass_share(TRAIL_CUTOFF, params->period),
@@ -54,8 +53,8 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .speed_min = params->speed_min,
         .emf_min_square = STEADY_PART * STEADY_PART * slowest * slowest,
         .current = clear,
-        .current_d = current_d,
-        .flux_share = 1.0f + params->inductance * current_d / params->flux_linkage,
+        .current_d = catch_current_along(params->doubtful, params->current_d, params->salient),
+        .inductance = params->inductance,
         .lead = 1.5f * params->period,
         .reach = params->reach,
         .early = periods_of(EARLY_TIME, params->period),
@@ -219,10 +218,11 @@ ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning)
     return (ab_t){tuning->current_d * rotor.cos, tuning->current_d * rotor.sin};
 }
 
-ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf)
+ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf, ab_t current)
 {
-    const float share = catching->seen.turning != 0u ? tuning->flux_share : 1.0f;
-    return turned_on(catching, (ab_t){share * emf.alpha, share * emf.beta}, tuning->lead);
+    const float turns = catching->seen.turning != 0u ? catching->omega_e * tuning->inductance : 0.0f;
+    const ab_t voltage = {emf.alpha - turns * current.beta, emf.beta + turns * current.alpha};
+    return turned_on(catching, voltage, tuning->lead);
 }
 
 float catch_angle(ab_t emf, float omega_e)

@@ -6,12 +6,12 @@
  *                 lag and delay drive a current, which grows with the square of the speed
  *     current     a small current along phase a, which is outside the zone of the dead time in all three
  *                 legs; once a rotor is detected, more, along its d axis, where it makes no torque. This
- *                 current i_d rotates, and needs the voltage omega L_d i_d in the direction of the EMF
- *                 omega psi_f, which an observer with L_d shows: both together are 1 + L_d i_d/psi_f times
- *                 the EMF. Without it the control of a constant current makes an error of omega/bandwidth
- *                 times i_d, which does not rotate with the rotor; the flux (L_d - L_q) i_d of a salient
- * rotor changes with this error, and the EMF then leads or lags the q axis direction   sign of the sum of  e
- * x <e>,  <e>: the EMF low-passed: a vector that rotates leads its own low-pass in its direction of rotation
+ *                 current i rotates, and needs the voltage j omega L_d i in addition to the EMF of an
+ *                 observer with L_d. Without it the control of a constant current makes an error of
+ *                 omega/bandwidth times i, which does not rotate with the rotor; the flux (L_d - L_q) i_d of
+ *                 a salient rotor changes with this error, and the EMF then leads or lags the q axis
+ *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that rotates leads its
+ *                 own low-pass in its direction of rotation
  *     speed       <|e|>/psi_f,  a low-pass that begins with the value after 2 ms: the observer, which
  *                 starts from zero, has converged by then, and its earlier error is left out; and the
  *                 slip: the difference between the speed of the EMF and that of a frame with this speed,
@@ -64,7 +64,7 @@ typedef struct {
     float emf_min_square; /* of the EMF in its own frame [V^2] */
     float current;        /* along phase a [A] */
     float current_d;      /* along the d axis, once it is detected [A] */
-    float flux_share;     /* 1 + L_d i_d/psi_f, of the EMF [-] */
+    float inductance;     /* L_d [H] */
     float lead;           /* 1.5 T [s] */
     float reach;          /* largest EMF, divided by the largest voltage of the link [-] */
     uint32_t early;       /* [periods] before the turn of the EMF is valid */
@@ -124,9 +124,9 @@ void catch_turn(catch_t *catching, const catch_tuning_t *tuning);
 /* The current reference [A]: along phase a, or along the d axis of a detected rotor. No division. */
 ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning);
 
-/* The voltage to command now: this EMF [V], and that of the current along the d axis of a detected rotor,
- * rotated to the time when the voltage acts. */
-ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf);
+/* The voltage to command now: it equals this EMF [V], plus j omega L_d times the current reference [A] if
+ * that rotates with the rotor, rotated to the time when the voltage acts. */
+ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf, ab_t current);
 
 /* Angle and speed of the caught rotor at t_k. No division. */
 frame_t catch_rotor(const catch_t *catching);

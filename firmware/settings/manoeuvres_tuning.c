@@ -94,7 +94,7 @@ static forced_params_t forced_of(const params_t *params, const assumed_t *assume
 {
     return (forced_params_t){
         .resistance = assumed->resistance,
-        .inductance = assumed->inductance_d,
+        .inductance = assumed->inductance_q,
         .saliency = params_salient(assumed) ? assumed->inductance_q - assumed->inductance_d : 0.0f,
         .inductance_least = params_inductance_least(params, assumed),
         .flux_linkage = assumed->flux_linkage,
@@ -126,7 +126,6 @@ reference_tuning_t reference_prepare(const params_t *params, const assumed_t *as
     const forced_params_t forced = forced_of(params, assumed, &start);
     const catch_params_t catching = {assumed->flux_linkage,
                                      (float)params->motor_pole_pairs * start.catch_speed,
-                                     assumed->inductance_d,
                                      params->doubtful_current,
                                      params->low_speed_current,
                                      params_salient(assumed),

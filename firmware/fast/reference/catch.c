@@ -54,7 +54,6 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .emf_min_square = STEADY_PART * STEADY_PART * slowest * slowest,
         .current = clear,
         .current_d = catch_current_along(params->doubtful, params->current_d, params->salient),
-        .inductance = params->inductance,
         .lead = 1.5f * params->period,
         .reach = params->reach,
         .early = periods_of(EARLY_TIME, params->period),
@@ -218,11 +217,9 @@ ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning)
     return (ab_t){tuning->current_d * rotor.cos, tuning->current_d * rotor.sin};
 }
 
-ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf, ab_t current)
+ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf)
 {
-    const float turns = catching->seen.turning != 0u ? catching->omega_e * tuning->inductance : 0.0f;
-    const ab_t voltage = {emf.alpha - turns * current.beta, emf.beta + turns * current.alpha};
-    return turned_on(catching, voltage, tuning->lead);
+    return turned_on(catching, emf, tuning->lead);
 }
 
 float catch_angle(ab_t emf, float omega_e)

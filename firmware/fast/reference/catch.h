@@ -5,11 +5,7 @@
  *                 a rotor faster than 500 rad/s it acts as soon as the observer has found the EMF: until then
  *                 lag and delay drive a current, which grows with the square of the speed
  *     current     a small current along phase a, which is outside the zone of the dead time in all three
- *                 legs; once a rotor is detected, more, along its d axis, where it makes no torque. This
- *                 current i rotates, and needs the voltage j omega L_q i. Without it the control of a
- *                 constant current makes an error of omega/bandwidth times i, which does not rotate with the
- *                 rotor; the flux (L_d - L_q) i_d of a salient rotor changes with this error, and the EMF
- *                 then leads or lags the q axis
+ *                 legs; once a rotor is detected, more, along its d axis, where it makes no torque
  *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that rotates leads its
  *                 own low-pass in its direction of rotation
  *     speed       <|e|>/psi_f,  a low-pass that begins with the value after 2 ms: the observer, which
@@ -42,7 +38,6 @@
 typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
     float speed_min;    /* rotors below this speed count as standing [rad/s], electrical */
-    float inductance;   /* L_q [H] */
     float doubtful;     /* current below which the loss of a leg is in doubt [A] */
     float current_d;    /* along the d axis of a detected rotor [A]; at least the current of phase a */
     bool salient;       /* L_q > L_d by so much that i_d has to be negative */
@@ -64,7 +59,6 @@ typedef struct {
     float emf_min_square; /* of the EMF in its own frame [V^2] */
     float current;        /* along phase a [A] */
     float current_d;      /* along the d axis, once it is detected [A] */
-    float inductance;     /* L_q [H] */
     float lead;           /* 1.5 T [s] */
     float reach;          /* largest EMF, divided by the largest voltage of the link [-] */
     uint32_t early;       /* [periods] before the turn of the EMF is valid */
@@ -124,9 +118,8 @@ void catch_turn(catch_t *catching, const catch_tuning_t *tuning);
 /* The current reference [A]: along phase a, or along the d axis of a detected rotor. No division. */
 ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning);
 
-/* The voltage to command now: it equals this EMF [V], plus j omega L_q times the current reference [A] if that
- * rotates with the rotor, rotated to the time when the voltage acts. */
-ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf, ab_t current);
+/* The voltage to command now: it equals this EMF [V], rotated to the time when the voltage acts. */
+ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf);
 
 /* Angle and speed of the caught rotor at t_k. No division. */
 frame_t catch_rotor(const catch_t *catching);

@@ -157,7 +157,7 @@ void reference_follow_catch(reference_t *reference, const reference_tuning_t *tu
     if (estimate == NULL) {
         return;
     }
-    const ab_t voltage = catch_voltage(catching, &tuning->catching, estimate->emf, current);
+    const ab_t voltage = catch_voltage(catching, &tuning->catching, estimate->emf);
     demand->emf = (dq_t){voltage.alpha, voltage.beta};
     if (reference->outcome == (int32_t)CATCH_STANDING) {
         return; /* the medium task decides how to continue */

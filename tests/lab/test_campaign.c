@@ -330,7 +330,7 @@ static void test_the_noise_of_a_large_inductance_excuses_a_wrong_encoder(void)
     const double inductance = motor.inductance_q * campaign_inductance_configured(&drawn);
     const double noise = 1.5e-3 * (double)BOARD_CURRENT_RANGE * sqrt(0.5) * inductance / 0.8e-3;
     const double speed = 5.0 * noise / (motor.flux_linkage * motor.pole_pairs);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6 * speed, speed, campaign_noise_speed(&drawn));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9 * speed, speed, campaign_noise_speed(&drawn));
     judge_anew("encoder_stuck_a");
     const double larger = fmax(campaign_blind_speed(watch.drawn), campaign_noise_speed(watch.drawn));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9 * larger, larger, watch.excused[0].blind);

@@ -200,8 +200,7 @@ typedef enum {
     CAMPAIGN_TO_CEILING = 2, /* a current up to the promised limit */
     CAMPAIGN_WHILE_SLOW = 4, /* a wrong angle below campaign_blind_speed */
     CAMPAIGN_UNCODED = 8,    /* a wrong angle without the encoder */
-    CAMPAIGN_STAYS = 16,     /* the effect remains after the fault has ended */
-    CAMPAIGN_IN_NOISE = 32   /* a wrong angle below campaign_noise_speed */
+    CAMPAIGN_STAYS = 16      /* the effect remains after the fault has ended */
 } campaign_excuse_t;
 
 /* One fault: a row of plant or rig that changes. */

@@ -88,15 +88,13 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
     const bool until_told = (fault->excuse & CAMPAIGN_UNTIL_TOLD) != 0u;
     const bool while_slow = (fault->excuse & CAMPAIGN_WHILE_SLOW) != 0u;
     const bool uncoded = (fault->excuse & CAMPAIGN_UNCODED) != 0u;
-    const bool in_noise = (fault->excuse & CAMPAIGN_IN_NOISE) != 0u;
     const bool limited = until_told || (fault->excuse & CAMPAIGN_TO_CEILING) != 0u;
     return (campaign_excused_t){
         .bits = while_slow || uncoded ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
         .begins = campaign_periods(injected->time),
         .ends = ends(injected, fault),
         .ceiling = limited ? PROMISED_CURRENT : (double)INFINITY,
-        .blind = fmax(while_slow ? campaign_blind_speed(drawn) : 0.0,
-                      in_noise ? campaign_noise_speed(drawn) : 0.0),
+        .blind = while_slow ? campaign_blind_speed(drawn) : 0.0,
         .uncoded = uncoded,
         .told = until_told ? campaign_periods(injected->time + PROMISED_NOTICE) : UINT32_MAX,
         .turned = until_told ? 0.0 : CAMPAIGN_TURN,

@@ -3,7 +3,6 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define ROOT_2       1.4142135623730951
 #define ROOT_3       1.7320508075688772
 #define SPEED_DRAWN  0.9    /* [-] of rated speed: the fastest that is drawn */
 #define SPEED_MIN    60.0   /* [rad/s] rated, mechanical */
@@ -20,12 +19,6 @@
 /* [-] At handover_speed the EMF is 1.15 times the voltage of the dead time or R i. Their errors, 20 % of the
  * delays and drops and 30 % of R, take a tenth of this EMF, and a hidden EMF shows no wrong angle. */
 #define VOLTAGE_ERRORS 1.1
-
-/* docs/theory.md, 28: the watch of the encoder uses an EMF from three standard deviations of the mean of two
- * windows on. It counts consecutive windows; with five deviations 2 % of them are below. */
-#define WATCH_NOISE      1.5e-3         /* [-] of the sensors' range, standard deviation of a current */
-#define WATCH_WINDOW     (8.0 * PERIOD) /* [s] */
-#define WATCH_DEVIATIONS 5.0            /* [-] */
 
 #define TRIP       1.4  /* [-] overspeed_trip over rated speed ... */
 #define TRIP_FIELD 1.15 /* [-] ... or over the fastest of a motor whose field is weakened */
@@ -148,14 +141,6 @@ double campaign_blind_speed(const campaign_case_t *drawn)
     const double turns = CAMPAIGN_TURN / CAMPAIGN_ANGLE_SECONDS / campaign_motor(drawn).pole_pairs;
     const double weak = fmax(CAMPAIGN_VALUE(drawn, flux_configured), 1.0);
     return fmax(VOLTAGE_ERRORS * weak * campaign_handover_speed(drawn), turns);
-}
-
-double campaign_noise_speed(const campaign_case_t *drawn)
-{
-    const campaign_motor_t motor = campaign_motor(drawn);
-    const double inductance = motor.inductance_q * campaign_inductance_configured(drawn);
-    const double noise = WATCH_NOISE * (double)BOARD_CURRENT_RANGE / ROOT_2 * inductance / WATCH_WINDOW;
-    return WATCH_DEVIATIONS * noise / (motor.flux_linkage * motor.pole_pairs);
 }
 
 bool campaign_is_coded(const campaign_case_t *drawn, double time)

@@ -102,9 +102,6 @@ double campaign_handover_speed(const campaign_case_t *drawn);
  * speed. In addition a third of an electrical turn takes longer there. */
 double campaign_blind_speed(const campaign_case_t *drawn);
 
-/* [rad/s] mechanical: below it the noise of the currents hides the EMF from the watch of the encoder. */
-double campaign_noise_speed(const campaign_case_t *drawn);
-
 /* true: control uses the encoder at this time [s]. */
 bool campaign_is_coded(const campaign_case_t *drawn, double time);
 

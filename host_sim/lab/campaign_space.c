@@ -55,10 +55,9 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 #define SENSOR_IS_OFF                                                                                        \
     "the dead-time voltage of a current with the wrong sign hides the EMF of a slow rotor",                  \
         CAMPAIGN_WHILE_SLOW
-#define ENCODER_ERRS                                                                                         \
-    "a slow rotor has no EMF that shows the error", CAMPAIGN_WHILE_SLOW | CAMPAIGN_IN_NOISE | CAMPAIGN_STAYS
-#define LEG_LOSES  "the voltage loss of a leg hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
-#define TURNS_BACK "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
+#define ENCODER_ERRS "a slow rotor has no EMF that shows the error", CAMPAIGN_WHILE_SLOW | CAMPAIGN_STAYS
+#define LEG_LOSES    "the voltage loss of a leg hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
+#define TURNS_BACK   "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
 
 /* A board without this input cannot report the temperature. */
 #define TEMPERATURE_AT(input)                                                                                \

@@ -319,26 +319,6 @@ static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void
     expect(CAMPAIGN_I_ANGLE, "above the speed from which on the EMF shows the angle");
 }
 
-/* The watch of the encoder needs 3 sqrt(2)/2 n L/(8 T) of EMF, n 0.15 % of the range; with 5 in place of 3 a
- * wrong encoder is not hidden any more: with 0.25 H, 0.5 Wb and four pole pairs 33 V, 16.6 rad/s on a range of
- * 20 A. A leg that loses voltage has another limit. */
-static void test_the_noise_of_a_large_inductance_excuses_a_wrong_encoder(void)
-{
-    campaign_case_t drawn;
-    campaign_draw(1, 0, 2.0, &drawn);
-    const campaign_motor_t motor = campaign_motor(&drawn);
-    const double inductance = motor.inductance_q * campaign_inductance_configured(&drawn);
-    const double noise = 1.5e-3 * (double)BOARD_CURRENT_RANGE * sqrt(0.5) * inductance / 0.8e-3;
-    const double speed = 5.0 * noise / (motor.flux_linkage * motor.pole_pairs);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9 * speed, speed, campaign_noise_speed(&drawn));
-    judge_anew("encoder_stuck_a");
-    const double larger = fmax(campaign_blind_speed(watch.drawn), campaign_noise_speed(watch.drawn));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9 * larger, larger, watch.excused[0].blind);
-    judge_anew("leg_drop_a");
-    const double blind = campaign_blind_speed(watch.drawn);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9 * blind, blind, watch.excused[0].blind);
-}
-
 /* A slow rotor has an angle error of `share` of its limit for longer than allowed, with this current in
  * phase a [A]; half of it returns through each of the other phases. */
 static void turn_wrongly(double share, double current)

@@ -9,6 +9,9 @@
 /* The largest change of the dead time's loss: the loss of three legs, 4/3 of that of one, with the opposite
  * sign in two periods. */
 #define PUSH_DEAD 5.33333333f /* [-] */
+/* The largest effect of one sensor's offset on its phase: its leg and that of the computed third current are
+ * compensated with the wrong sign, (2 2 + 2)/3 of the loss of a leg. */
+#define HELD_DEAD 2.0f /* [-] */
 /* [periods] sum of the distances from the first of three periods to the others, one and two */
 #define PUSH_TURN 3.0f
 
@@ -19,6 +22,8 @@ still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params)
         .sensors = params->judged ? sensors : 0u,
         .off = OFF_SHARE * params->range,
         .far = FAR_SHARE * params->range,
+        .held = HELD_DEAD * params->drop / params->gain,
+        .held_link = HELD_DEAD * params->dead_time / params->period / params->gain,
         .none = NONE_SHARE * params->range,
         .slow = winding_slow_link(params->inductance, params->range, params->period),
         .push = PUSH_SHARE * params->range * params->inductance / params->period + PUSH_DEAD * params->drop,

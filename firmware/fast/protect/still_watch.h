@@ -15,6 +15,10 @@
  * difference of 15 % is judged, and the value must have repeated for longer, also after a
  * jump of the voltage.
  *
+ * With a wrong offset a sensor shows a constant value other than zero while its phase carries no current. The
+ * dead time, compensated with the wrong sign, then holds the current at zero against the control. Therefore a
+ * difference at which the control's voltage is less than this effect is not judged for such a value.
+ *
  * Three values that add up to zero are those of the currents: a stuck one would make the sum different by its
  * error. One of them then does not change because its switch does not conduct.
  *
@@ -38,6 +42,7 @@
 typedef struct {
     float range;        /* range of the sensors in both directions [A] */
     float inductance;   /* the larger of L_d and L_q [H], > 0 */
+    float gain;         /* the smaller gain of the current control [ohm], > 0 */
     float dead_time;    /* of the legs [s] */
     float drop;         /* of a device [V] */
     float period;       /* T [s] */
@@ -49,6 +54,8 @@ typedef struct {
     uint32_t sensors; /* [-] 2 or 3; 0: the watch is off */
     float off;        /* largest difference from the reference that is accepted [A] */
     float far;        /* the same where a phase has almost no current [A] */
+    float held;       /* largest difference that dead time and drops hold with a wrong offset [A] ... */
+    float held_link;  /* ... in addition, per volt of the link [A/V] */
     float none;       /* limit of almost no current [A] */
     float slow;       /* link voltage below which a current changes by only a few codes in a period [V] */
     float push;       /* least jump of the voltage, as the sum of two periods [V] ... */
@@ -144,6 +151,8 @@ static inline float still_watch_explained(const still_watch_t *watch, const stil
 /* Limits of a period. */
 typedef struct {
     float off;       /* largest difference from the reference [A] */
+    float held;      /* the same for a value that is not almost zero, with a wrong offset [A] */
+    float none;      /* limit of almost zero [A] */
     float push;      /* largest jump of the voltage [V] */
     uint32_t stands; /* [periods] for which a stuck value has not changed at least */
 } still_limits_t;
@@ -161,6 +170,8 @@ static inline still_limits_t still_watch_limits(const still_watch_t *watch,
         .off = !counts ? FLT_MAX
                : alone ? tuning->far
                        : tuning->off,
+        .held = tuning->held + tuning->held_link * input->u_dc,
+        .none = tuning->none,
         .push = still_watch_explained(watch, tuning, input->u_dc, input->omega_e),
         .stands = alone ? STILL_ALONE : STILL_SOME,
     };
@@ -180,7 +191,9 @@ static inline bool still_watch_is_stuck(still_watch_t *watch, uint32_t n, float 
     if (off >= STILL_PUSHED || !bounds_within(jump, limits->push)) {
         off = STILL_PUSHED;
     } else {
-        off = bounds_within(asked - watch->value[n], limits->off) ? 0u : off + 1u;
+        const float value = watch->value[n];
+        const bool held = !bounds_within(value, limits->none) && bounds_within(asked - value, limits->held);
+        off = held || bounds_within(asked - value, limits->off) ? 0u : off + 1u;
     }
     watch->off[n] = off;
     return off >= STILL_OFF && still >= limits->stands;

@@ -191,8 +191,8 @@ static void test_a_value_that_stays_is_stuck_and_near_zero_sooner_where_much_mus
 
 /* Two legs that are compensated with the wrong sign make (2 2 + 2)/3 of the loss of a leg, 2 (7.5 V + 0.9 V)
  * = 16.8 V along phase a. A sensor with an offset of 0.6 A shows a constant value for as long as this voltage
- * holds the current at zero. 18 V less 0.6 A R, and less R/2, exceed it by 3 mA in a window. 40 V change a
- * current by 2.4 A in a window. A sound value varies if the noise is one code, 9.77 mA: two windows decide. */
+ * holds the current at zero. 18 V exceed it by 22 mA in a window, less 0.6 A R and R/2, and 40 V by 1.4 A. A
+ * sound value varies if the noise is one code, 9.77 mA: then 18 V, 0.9 A, are sufficient. */
 static void test_a_value_that_the_dead_time_may_hold_with_an_offset_is_not_stuck(void)
 {
     static const struct {

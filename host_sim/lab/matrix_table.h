@@ -397,8 +397,7 @@
  * N("fault/manoeuvre/source/shaft", "what is seen instead, and why")
  *   Cells that do not keep their promise yet. Remove the row of a cell that passes. */
 
-#define MATRIX_NOT_YET(N) \
-    N("offset_a/catch/encoder/h", "a current that control keeps at zero with a wrong offset is named current_stuck after seconds")
+#define MATRIX_NOT_YET(N)
 /* clang-format on */
 
 /* Index of each fault and manoeuvre. */

@@ -14,12 +14,14 @@ static float u_dc;    /* [V] */
 static ab_t voltage;  /* [V] voltage that acts */
 static float omega_e; /* [rad/s] */
 static float apart;   /* [A] sum of the three values */
+static float gain;    /* [ohm] of the current control */
 
 /* With 12 mH, 2/3 of 72 V changes the current by 0.4 A in 100 us, 2 % of the range. */
 static still_watch_tuning_t prepared(bool three_sensors, bool judged)
 {
     const still_watch_params_t params = {.range = RANGE,
                                          .inductance = 12e-3f,
+                                         .gain = gain,
                                          .dead_time = 2e-6f,
                                          .drop = 1.0f,
                                          .period = 1e-4f,
@@ -35,6 +37,7 @@ void setUp(void)
     voltage = (ab_t){0.0f, 0.0f};
     omega_e = 0.0f;
     apart = 0.0f;
+    gain = 1000.0f;
     watch = (still_watch_t){.still = {0u, 0u, 0u}};
     tuning = prepared(false, true);
 }
@@ -90,6 +93,28 @@ static void test_a_constant_value_that_differs_from_the_request_is_stuck(void)
         u_dc = cases[n].link;
         tuning = prepared(!cases[n].judged, cases[n].judged);
         TEST_ASSERT_EQUAL_UINT(cases[n].after, stuck_after(cases[n].a, cases[n].b, cases[n].miss, 100u));
+    }
+}
+
+/* A leg loses 2 us/100 us 311 V + 1 V = 7.22 V. If the leg of phase a and that of the computed current c are
+ * compensated with the wrong sign, the voltage of phase a is wrong by (2 2 + 2)/3 7.22 V = 14.44 V. The
+ * gain of the control is 6 ohm: it makes this voltage with a difference of 2.41 A, or of 1.02 A with 103 V.
+ * An offset below 0.15 A reverses no sign; there 1 A, or 3 A with a phase without current, remain the limit.
+ */
+static void test_a_value_that_the_dead_time_may_hold_with_an_offset_is_not_stuck(void)
+{
+    static const struct {
+        float a, miss, link; /* [A], [V] */
+        unsigned after;      /* [periods]; 0: never */
+    } cases[] = {{1.8f, -2.35f, 311.0f, 0u}, {1.8f, -2.45f, 311.0f, 7u}, {-1.8f, 2.35f, 311.0f, 0u},
+                 {-1.8f, 2.45f, 311.0f, 7u}, {1.8f, -1.01f, 103.0f, 0u}, {1.8f, -1.05f, 103.0f, 7u},
+                 {0.14f, 2.9f, 311.0f, 0u},  {0.14f, 3.1f, 311.0f, 9u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        gain = 6.0f;
+        u_dc = cases[n].link;
+        tuning = prepared(false, true);
+        TEST_ASSERT_EQUAL_UINT(cases[n].after, stuck_after(cases[n].a, -20.0f, cases[n].miss, 12u));
     }
 }
 

@@ -465,9 +465,9 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
 }
 
 /* An open wire adds a voltage along the axis of its phase, with the cosine of the rotor's angle. psi_f is
- * configured a third too large: 44 V less 33 V of the true EMF are the error of the difference. At first it is
- * beside 100 V, which are 6 degrees, and after half a turn beside 40 V, 15 degrees. The currents are too small
- * to show a wire. The difference that returns to its axis is no wrong encoder. */
+ * configured a third too large: 44 V less 33 V of the true EMF are the error of the difference. At first it
+ * is beside 100 V, which are 6 degrees, and after half a turn beside 40 V, 15 degrees. The currents are too
+ * small to show a wire. The difference that returns to its axis is no wrong encoder. */
 static void test_a_wire_returns_to_its_axis_with_a_wrong_psi(void)
 {
     encoder_watch_params_t params = usual(0.0, 0.0f);

@@ -588,8 +588,8 @@ static void test_a_loop_that_leaves_a_held_rotor_in_a_reversal_ends_in_the_force
     }
 }
 
-/* A load stops the rotor at 25 rad/s, and the loop runs on in the direction of the reference with 20 rad/s. The
- * mean EMF along its axis is still that of the old direction, 25 rad/s exp(-t/5 ms); it is no proof that
+/* A load stops the rotor at 25 rad/s, and the loop runs on in the direction of the reference with 20 rad/s.
+ * The mean EMF along its axis is still that of the old direction, 25 rad/s exp(-t/5 ms); it is no proof that
  * the rotor has passed zero. */
 static void test_the_emf_of_the_old_direction_does_not_end_a_reversal(void)
 {

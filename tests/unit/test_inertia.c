@@ -248,7 +248,7 @@ static void test_nothing_is_learnt_from_values_that_are_not_numbers(void)
  * reference for the tail. */
 static void test_load_current_is_held_on_the_way(void)
 {
-    stand(1.2, 0.3);
+    stand(1.2, 0.1);
     reference = 500.0;
     step(1.2, true);
     stand(9.0, 1.0);
@@ -261,13 +261,13 @@ static void test_load_current_is_held_on_the_way(void)
     omega = 499.0;
     stand(1.5, (double)INERTIA_TAIL);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.2, (double)x.load);
-    stand(1.5, 0.1);
+    stand(1.5, 0.02);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.5, (double)x.load);
 }
 
 static void test_a_reference_that_moves_again_makes_the_way_longer(void)
 {
-    stand(1.2, 0.3);
+    stand(1.2, 0.1);
     reference = 104.0;
     stand(1.2, 0.1);
     reference = 105.0;

@@ -39,17 +39,17 @@
 #include "math/bounds.h"
 #include "medium/adapt/assumed.h"
 
-#define INERTIA_LOAD_CUTOFF  100.0f /* [rad/s] of the low-pass from i_q to i_L */
-#define INERTIA_LOAD_SETTLES 25.0f  /* [rad/s] the same for INERTIA_TAIL after a way */
-#define INERTIA_ARRIVED      8.0f   /* [rad/s] electrical: the speed is near the reference */
-#define INERTIA_TAIL         0.15f  /* [s] */
-#define INERTIA_LONGEST      4.0f   /* [s] longest way with its tail */
-#define INERTIA_SPEED_LEAST  60.0f  /* [rad/s] electrical */
-#define INERTIA_NEAR_ZERO    60.0f  /* [rad/s] electrical: the load may change its sign soon */
-#define INERTIA_TORQUE_LEAST 0.02f  /* [-] of the current limit: mean of i_q - i_L on the way */
-#define INERTIA_LOAD_MOST    0.15f  /* [-] of that mean: largest load that may have been added */
-#define INERTIA_RANGE        5.0f   /* [-] largest factor between J and the parameter, up and down */
-#define INERTIA_LOAD_UNKNOWN 1e6f   /* [A] represents an unknown load */
+#define INERTIA_LOAD_CUTOFF  1000.0f /* [rad/s] of the low-pass from i_q to i_L */
+#define INERTIA_LOAD_SETTLES 25.0f   /* [rad/s] the same for INERTIA_TAIL after a way */
+#define INERTIA_ARRIVED      8.0f    /* [rad/s] electrical: the speed is near the reference */
+#define INERTIA_TAIL         0.15f   /* [s] */
+#define INERTIA_LONGEST      4.0f    /* [s] longest way with its tail */
+#define INERTIA_SPEED_LEAST  60.0f   /* [rad/s] electrical */
+#define INERTIA_NEAR_ZERO    60.0f   /* [rad/s] electrical: the load may change its sign soon */
+#define INERTIA_TORQUE_LEAST 0.02f   /* [-] of the current limit: mean of i_q - i_L on the way */
+#define INERTIA_LOAD_MOST    0.15f   /* [-] of that mean: largest load that may have been added */
+#define INERTIA_RANGE        5.0f    /* [-] largest factor between J and the parameter, up and down */
+#define INERTIA_LOAD_UNKNOWN 1e6f    /* [A] represents an unknown load */
 
 typedef struct {
     float from;         /* J of the parameters [kg m^2], above 0 */

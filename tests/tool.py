@@ -2,8 +2,10 @@
 import importlib.machinery
 import importlib.util
 import pathlib
+import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tools"))  # the folder of a program is the first one in which it searches its modules
 
 
 def load(name):

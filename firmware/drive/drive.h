@@ -99,9 +99,8 @@ static inline drive_tuning_t *drive_idle_tuning(drive_t *drive)
 
 /* Called between two periods: the fast task takes over the tuning that the background has prepared in
  * drive_idle_tuning() in the second period of the next window, no matter in which period of the present one
- * it is offered, and the medium task with the window after it. The
- * states of control are kept, so a running drive continues without a step. An offered tuning must not be
- * written: call drive_withdraw() first. */
+ * it is offered, and the medium task with the window after it. The states of control are kept, so a running
+ * drive continues without a step. An offered tuning must not be written: call drive_withdraw() first. */
 void drive_offer(drive_t *drive);
 void drive_withdraw(drive_t *drive);
 

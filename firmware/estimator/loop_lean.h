@@ -15,11 +15,10 @@
  * wrong by LOOP_LEAN_SIGMAS standard uncertainties u(L). The lean removes LOOP_LEAN_GAIN times the part of C
  * above LOOP_LEAN_MARGIN c_stable:
  *
- *     t = LOOP_LEAN_GAIN (LOOP_LEAN_SIGMAS u(L) |i_q|/psi_f - LOOP_LEAN_MARGIN c_stable/|omega|),   at least
- * 0
+ *     t = LOOP_LEAN_GAIN (LOOP_LEAN_SIGMAS u(L) |i_q|/psi_f - LOOP_LEAN_MARGIN c_stable/|omega|)
  *
- * with the sign of the speed. Then c <= LOOP_LEAN_MARGIN c_stable for this L. Where C is smaller, t is 0, and
- * so it is without a feed-forward (omega_c = 0).
+ * but at least 0, with the sign of the speed. Then c <= LOOP_LEAN_MARGIN c_stable for this L. Where C is
+ * smaller, t is 0, and so it is without a feed-forward (omega_c = 0).
  *
  * No state. Derivation: docs/theory.md, 6. */
 #ifndef ESTIMATOR_LOOP_LEAN_H

@@ -29,6 +29,12 @@ static bool is_comparable(const manoeuvres_t *m, const window_t *window)
     return false;
 }
 
+/* True if a forced frame takes along a rotor that is aligned with it. */
+static bool is_taken_along(const manoeuvres_t *m)
+{
+    return manoeuvres_row(m)->source == (int32_t)SOURCE_FORCED && m->now != (int32_t)MANOEUVRE_ALIGN;
+}
+
 void medium_watch_currents(medium_t *medium, const window_t *window)
 {
     current_watch_t *watch = &medium->current_watch;
@@ -53,7 +59,7 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
         .rotor = window->rotor.rotation,
         .omega_e = known ? omega_e : 0.0f,
         .doubt = (known ? EMF_KNOWN : EMF_UNKNOWN) * bounds_magnitude(omega_e),
-        .forced = !known && manoeuvres_knows(m),
+        .forced = !known && is_taken_along(m),
         .contradicted = medium->encoder_watch.of_a_phase != 0u,
         .elsewhere = medium->encoder_watch.elsewhere != 0u,
         .limited = window->sum.limited != 0u,

@@ -182,11 +182,6 @@
  * is reported in the next one, and the gates are off a period later. */
 #define STUCK_WINDOWS ((double)(3u * DRIVE_WINDOW + 1u) * (double)DRIVE_PERIOD)
 
-/* Periods from `enable` to the end of its window and of the next one, and until the gates are on; then three
- * late periods, and the one in which the gates go off. Each counts twice, because every second interrupt is
- * missing. */
-#define COMING_ON      4u /* [periods] until the samples show the gates on: FAST_ON of the firmware */
-#define LATE_COMING_ON (2.0 * (double)(2u * DRIVE_WINDOW + COMING_ON + 3u + 1u) * (double)DRIVE_PERIOD)
 #define LIMIT    PROMISED_CURRENT
 
 #define FOLLOWS MATRIX_FOLLOWS
@@ -214,6 +209,7 @@
 #define HIDDEN_SLOW      "at 20 r/min the EMF is 1.5 V, which the dead time hides: a standing rotor cannot be distinguished from one that follows"
 #define TWO_WINDOWS      "a value is suspected in the first whole window in which it is constant, and reported in the next one (docs/theory.md, 27)"
 #define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, plus its zero crossing of 2 ms and a window (docs/theory.md, 27)"
+#define SWINGS_IN        "half a turn of the alignment until the switch is needed; a rotor that swings in may feed the phase with 2.6 psi_f (docs/theory.md, 27)"
 #define EIGHT_MS_OF_EMF  "10.3 ms until 37 degrees are reached, 8 ms of the EMF at this speed, and three evaluations (docs/theory.md, 28)"
 #define NO_ENABLE_INPUT  "the board has no enable input"
 #define INPUT_COMES_LATER "with the bridge off the loss lasts until `enable` is on: an input that comes back starts nothing"
@@ -290,6 +286,7 @@
     P(SWAP_PHASES,      AT(OFF),    ENCODER, OPENS, "runaway stalled", 3.0, LIMIT, OUT, HELD_IN_PLACE) \
     P(SWAP_PHASES,      AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "the motor turns in the other direction: without the encoder this cannot be detected") \
     P(OPEN_SWITCH_A,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON_IN_ITS_HALF, LIMIT, OUT, "the switch is needed in half of each electrical turn only") \
+    P(OPEN_SWITCH_A,    AT(ALIGN),  SENSORLESS, OPENS, PHASE_REASONS, 0.55, LIMIT, OUT, SWINGS_IN) \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(OPEN_SWITCH_B,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS OR_SHUNT, SOON_IN_ITS_HALF, LIMIT, OUT, "the switch is needed in half of each electrical turn only") \
@@ -375,7 +372,7 @@
     P(DC_STUCK_LOW,     AT(OFF),    BOTH, REFUSES, "dc_undervoltage", AT_ONCE, LIMIT, OUT, "") \
     \
     P(LATE,             EVERYWHERE, BOTH, OPENS, "late", AT_ONCE, LIMIT, OUT, "") \
-    P(LATE,             AT(OFF),    BOTH, OPENS, "late", LATE_COMING_ON, LIMIT, OUT, "the gates come on first") \
+    P(LATE,             AT(OFF),    BOTH, REFUSES, "late", AT_ONCE, LIMIT, OUT, "") \
     P(MISSING_SAMPLE,   EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(MISSING_SAMPLES,  EVERYWHERE, BOTH, RIDES | CATCHES | OPENS, "late", ANY_TIME, LIMIT, FOLLOWS | OUT, "the last voltage stays for 1 ms, in which only the power module can act") \
     P(MISSING_SAMPLES,  AT(OFF),    BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
@@ -400,8 +397,7 @@
  * N("fault/manoeuvre/source/shaft", "what is seen instead, and why")
  *   Cells that do not keep their promise yet. Remove the row of a cell that passes. */
 
-#define MATRIX_NOT_YET(N) \
-    N("offset_a/catch/encoder/h", "a current that control keeps at zero with a wrong offset is named current_stuck after seconds")
+#define MATRIX_NOT_YET(N)
 /* clang-format on */
 
 /* Index of each fault and manoeuvre. */

@@ -178,7 +178,7 @@ class Tree(unittest.TestCase):
 
     def test_readme_shows_the_committed_numbers(self):
         committed = json.loads(cost.COMMITTED.read_text())
-        shown = cost.DOCUMENT.read_text(encoding="utf-8").partition(cost.BEGIN)[2].partition(cost.END)[0]
+        shown = cost.marks.written("cost", cost.DOCUMENT)
         self.assertEqual(shown, cost.readme_table(committed, cost.period_cycles()))
 
     def test_longest_interrupt_may_take_half_of_a_period_of_a_c28x(self):

@@ -25,7 +25,9 @@ typedef struct {
     double bends; /* [A] I_s of the q axis; 0: it does not saturate */
     /* Current across the sine divided by that along the sine, until the current has been lowered. */
     double leaves;
-    int flat; /* 1: the voltage does not follow the staircase of currents */
+    double aside;  /* [rad] angle from the axis to the d axis of the rotor */
+    double sensor; /* [-] relative error of the gain of sensor a */
+    int flat;      /* 1: the voltage does not follow the staircase of currents */
     /* Number of windows for which a rotor that leaves the axis is still steady; 0: it never leaves. */
     unsigned steady;
 } winding_t;

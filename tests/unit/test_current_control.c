@@ -209,8 +209,10 @@ static double coupled(const current_control_params_t *params, double turn, doubl
     double complex acting = 0.0;
     double complex last = 0.0;
     double most = 0.0;
+    double angle = 0.0; /* within half a turn, where a 32-bit double resolves it */
     for (int k = 0; k < 400; k++) {
-        const double complex rotor = cexp(J * (turn * k));
+        const double complex rotor = cexp(J * angle);
+        angle += angle + turn < PI ? turn : turn - 2.0 * PI;
         const double complex seen = current / rotor;
         const dq_t wanted =
             current_control_step(&control, (dq_t){0.0f, 1.0f}, to_dq(seen), (float)(turn / period), NONE);

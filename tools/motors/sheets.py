@@ -1,5 +1,4 @@
-"""Common code of the tools that run many motors: the built program and its Python package, the text of a motor file, and the part of a
-document that a tool writes."""
+"""Common code of the tools that run many motors: the built program and its Python package, and the text of a motor file."""
 import os
 import pathlib
 import sys
@@ -29,15 +28,3 @@ def use_built(tool):
 
 def motors_of_library():
     return sorted(path.stem for path in (ROOT / "host_sim/motors").glob("*.toml"))
-
-
-def written(tool, document, text=None):
-    """The text between the marks of `tool` in a document; with `text`, this text replaces it."""
-    begin, end = f"<!-- begin: written by tools/{tool} --accept -->\n", f"<!-- end: tools/{tool} -->\n"
-    head, _, rest = document.read_text(encoding="utf-8").partition(begin)
-    shown, mark, tail = rest.partition(end)
-    if not mark:
-        sys.exit(f"tools/{tool}: {document.name} has no marks for the result: {begin.strip()} ... {end.strip()}")
-    if text is not None:
-        document.write_text(head + begin + text + end + tail, encoding="utf-8")
-    return shown

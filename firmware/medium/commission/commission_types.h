@@ -35,7 +35,8 @@
       "hold the shaft free of any drive; check the wiring")                                                  \
     R(ROTOR_SWINGS, "|rotor_swings", "the rotor still swings about the current vector",                      \
       "add friction, or hold the shaft")                                                                     \
-    R(SENSOR_GAIN, "|sensor_gain", "the resistance differs between the directions by more than 2 %",         \
+    R(SENSOR_GAIN, "|sensor_gain",                                                                           \
+      "R differs between the directions by more than 2 %, or the gains of two sensors by 3.5 %",             \
       "check the gains of the current sensors")                                                              \
     R(INDUCTANCE_IMPLAUSIBLE, "|inductance_implausible", "the measured inductance is not possible",          \
       "check the wiring; repeat with less current")                                                          \

@@ -36,8 +36,12 @@
 #define RESULT       2.5f    /* standard errors of the change that count as its error [-] */
 #define FRICTION                                                                                             \
     0.5f /* error of the change of L by the motion, relative: friction makes it depend on the amplitude */
-#define WRONG         0.03f /* error of L_q at the rated current from which on I_s is not known, relative [-] */
-#define PROBE         0.35f /* of the voltage, while L is a guess [-] */
+#define WRONG 0.03f /* error of L_q at the rated current from which on I_s is not known, relative [-] */
+#define PROBE 0.35f /* of the voltage, while L is a guess [-] */
+#define GAIN_APART                                                                                           \
+    0.02f /* (g_a - g_b)/sqrt(3) of wrong sensors: gains of up to 1.1 % have 0.0127, and three standard      \
+             errors SCATTER by the noise 0.004 [-] */
+#define GAIN_ASIDE    2.0f /* answer of a rotor aside, not shaken, beyond that of a shaken one, relative [-] */
 #define CROSS_MOST    0.15f /* current across the sine over that along it, for an aligned rotor [-] */
 #define LESS          0.6f  /* of the current, after an unstable alignment [-] */
 #define LOWERED_MOST  2u
@@ -284,6 +288,24 @@ static float amplitude_seen(const sine_step_t *step, const commission_tuning_t *
     return 2.0f * root_or_none(length_square(step->along)) / samples;
 }
 
+/* Current across the sine over that along it, in phase [-]. */
+static float beside_of(const sine_step_t *step)
+{
+    return (step->across.re * step->along.re + step->across.im * step->along.im) / length_square(step->along);
+}
+
+/* True if the sensors have different gains: a voltage along d and one along q have different answers across
+ * them. A rotor that is aligned with the true current then answers with the other sign than the sensors. With
+ * the same sign a load holds it aside; the sine across shakes it, so that it may be less aside in that run.
+ */
+static bool gains_differ(const sine_step_t *step)
+{
+    const float along = step->beside[RUN_D];
+    const float rotor = step->beside[RUN_Q] * step->value[RUN_D] / step->value[RUN_Q];
+    const float aside = bounds_more(along < 0.0f ? -rotor : rotor, 0.0f);
+    return !bounds_within(along - rotor, GAIN_APART + GAIN_ASIDE * aside);
+}
+
 /* A window of a run. */
 static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t *tuning,
                                    const commission_input_t *input, excite_order_t *order,
@@ -305,6 +327,7 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
     }
     step->value[step->run] = inductance;
     step->swing[step->run] = amplitude_seen(step, tuning);
+    step->beside[step->run] = beside_of(step);
     const bool leaves = !runs[step->run].probe &&
                         length_square(step->across) > CROSS_MOST * CROSS_MOST * length_square(step->along);
     if (step->run == RUN_Q_MORE) {
@@ -321,6 +344,9 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
     } else {
         step->guess_d = runs[step->run].across ? step->guess_d : inductance;
         step->guess_q = inductance;
+        if (step->run == RUN_Q && gains_differ(step)) {
+            return commission_failed(COMMISSION_REASON_SENSOR_GAIN, 0);
+        }
         step->run++;
     }
     if (step->run == RUN_Q_MORE && !(amplitude_of(step, tuning, results, input->u_dc) > 0.0f)) {

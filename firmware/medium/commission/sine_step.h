@@ -24,7 +24,16 @@
  *
  * Along the axis the rotor does not move. Across it a free rotor swings with the sine, and its motion adds
  * -1.5 p^2 psi^2/(J w^2) to L_q. Runs at two frequencies eliminate this: L = (L1 w1^2 - L2 w2^2)/(w1^2 -
- * w2^2). */
+ * w2^2).
+ *
+ * Gains of the sensors. The answer of a winding is symmetric: a voltage along alpha causes as much current
+ * along beta as a voltage along beta causes along alpha, for a rotor in any direction. If two sensors have
+ * the gains 1 + g_a and 1 + g_b, the measured currents are i_alpha (1 + g_a) and i_beta (1 + g_b) + (g_a -
+ * g_b) i_alpha/sqrt(3). With y the current across the sine over that along it, in phase,
+ *
+ *     (g_a - g_b)/sqrt(3) = y_d - y_q L_d/L_q
+ *
+ * Three sensors have a symmetric error, which is not visible here but in their sum. */
 #ifndef MEDIUM_COMMISSION_SINE_STEP_H
 #define MEDIUM_COMMISSION_SINE_STEP_H
 
@@ -57,6 +66,7 @@ typedef struct {
     float value[7];         /* L of each run [H] */
     float turn[7];          /* w T of each run [rad] */
     float swing[7];         /* amplitude of the current of each run [A] */
+    float beside[7];        /* current across the sine over that along it, in phase, of each run [-] */
     standing_t standing;
     sine_sum_t voltage; /* sums of this run [V], */
     sine_sum_t along;   /* of the current along the sine [A] */

@@ -161,7 +161,7 @@ typedef struct {
     rotation_t rotor; /* assumed rotation of the rotor at t_k */
     float omega_e;    /* assumed speed [rad/s]; 0 where only its speed is known */
     float doubt;      /* speed whose EMF is uncertain [rad/s] */
-    bool forced;      /* true: a forced frame takes the rotor along */
+    bool forced;      /* true: a forced frame takes along a rotor that is aligned with it */
     bool contradicted; /* true: the EMF along a phase's axis contradicts the assumed rotor */
     bool limited;      /* true: the requested voltage was limited in one of the periods */
     bool elsewhere;    /* true: the EMF contradicts the assumed rotor along no phase's axis */

@@ -24,7 +24,7 @@ static void set_models(fast_t *fast, fast_orders_t orders)
     const setpoint_t *setpoint = orders.setpoint;
     chosen_set_flux(&fast->estimator, setpoint->models.flux_linkage, setpoint->models.speed_per_volt);
     inverter_set_dead_time(&fast->inverter, &orders.tuning->inverter, setpoint->models.dead_time,
-                           setpoint->models.per_zone);
+                           setpoint->models.per_zone, setpoint->models.late);
 }
 
 /* Sets other coefficients; the state is kept. */

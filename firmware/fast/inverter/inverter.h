@@ -43,6 +43,8 @@ typedef struct {
     abc_t duty_prev[2];             /* duties of one and two steps ago [-] */
     ab_t current_prev;              /* one period ago [A] */
     float u_dc_prev;                /* one period ago [V] */
+    edges_t signs;
+    float late;
 } inverter_t;
 
 typedef struct {
@@ -74,8 +76,9 @@ static inline void inverter_take(inverter_t *inverter, const inverter_tuning_t *
 /* Sets another effective dead time than that of the tuning, T_e/T_s [-], for both directions, and the zone at
  * the edges [1/A] (medium/adapt/leg_zone.h), until the next inverter_take(). */
 static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_tuning_t *tuning,
-                                          float effective, float per_zone)
+                                          float effective, float per_zone, float late)
 {
+    inverter->late = late;
     inverter->lost.volt_per_volt = effective;
     inverter->lost.per_zone = per_zone;
     inverter->compensated.volt_per_volt = tuning->gain * effective;
@@ -111,7 +114,7 @@ static inline inverter_made_t inverter_make(const inverter_t *inverter, const in
 /* The voltage that acted in the last period, from the current [A] and the DC link [V] at t_k and the speed
  * [rad/s] at which the voltage turns. The mean currents determine where the legs act on each other, this the
  * current at the edges, and that current the loss. No division. */
-static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const inverter_tuning_t *tuning,
+static inline inverter_acted_t inverter_acted(inverter_t *inverter, const inverter_tuning_t *tuning,
                                               ab_t current, float omega_e, float u_dc)
 {
     const dead_time_tuning_t *dead_time = &inverter->lost;
@@ -120,13 +123,13 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const 
     const ab_t middle = {0.5f * (current.alpha + last.alpha), 0.5f * (current.beta + last.beta)};
     const ab_t change = {current.alpha - last.alpha, current.beta - last.beta};
     const abc_t duty = inverter->duty_prev[1];
-    const edges_t edges = edges_currents(&tuning->edges, dead_time->per_zone, duty, middle, change,
+    inverter->signs = edges_signs(&tuning->edges, &inverter->signs, dead_time->per_zone, inverter->late, duty, middle, change,
                                          dead_time->volt_per_volt, omega_e, link);
     const float leg = dead_time_leg(dead_time, link);
-    const abc_t signs = dead_time_edge_signs(edges.first, edges.second);
-    const float half = 0.5f * tuning->edges.way * leg; /* at each edge */
-    const abc_t poles = {link * duty.a - half * signs.a, link * duty.b - half * signs.b,
-                         link * duty.c - half * signs.c};
+    const edges_t *signs = &inverter->signs;
+    const float part = 0.25f * tuning->edges.way * leg; /* the signs are twice */
+    const abc_t poles = {link * duty.a - part * (signs->first.a + signs->second.a), link * duty.b - part * (signs->first.b + signs->second.b),
+                         link * duty.c - part * (signs->first.c + signs->second.c)};
     return (inverter_acted_t){frames_clarke(poles), middle, link, leg};
 }
 

@@ -23,8 +23,6 @@ static void set_models(fast_t *fast, fast_orders_t orders)
 {
     const setpoint_t *setpoint = orders.setpoint;
     chosen_set_flux(&fast->estimator, setpoint->models.flux_linkage, setpoint->models.speed_per_volt);
-    inverter_set_dead_time(&fast->inverter, &orders.tuning->inverter, setpoint->models.dead_time,
-                           setpoint->models.per_zone, setpoint->models.late);
 }
 
 /* Sets other coefficients; the state is kept. */
@@ -32,7 +30,6 @@ static void set_tuning(fast_t *fast, const fast_tuning_t *tuning)
 {
     measure_take(&fast->measure);
     chosen_take(&fast->estimator, &tuning->estimator);
-    inverter_take(&fast->inverter, &tuning->inverter);
     current_control_take(&fast->current_control, &tuning->current_control);
     link_limit_take(&fast->link, &tuning->link);
 }
@@ -43,7 +40,7 @@ void fast_init(fast_t *fast, fast_orders_t orders)
     memset(fast, 0, sizeof *fast);
     measure_init(&fast->measure);
     guard_init(&fast->trips);
-    inverter_init(&fast->inverter, &tuning->inverter);
+    inverter_init(&fast->inverter);
     doubt_init(&fast->doubt);
     current_control_init(&fast->current_control, &tuning->current_control);
     excite_init(&fast->control.excite);
@@ -171,7 +168,8 @@ static void estimate_load(fast_t *fast, fast_orders_t orders)
 static void estimate(fast_t *fast, fast_orders_t orders)
 {
     const measured_t *measured = &fast->measure.measured;
-    fast->acted = inverter_acted(&fast->inverter, &orders.tuning->inverter, measured->current,
+    fast->acted = inverter_acted(&fast->inverter, &orders.tuning->inverter, orders.setpoint->models.dead_time,
+                                 orders.setpoint->models.per_zone, measured->current,
                                  fast->demand.frame.omega_e, measured->u_dc);
     const inverter_acted_t *acted = &fast->acted;
     const ab_t spared = orders.setpoint->models.spared;
@@ -281,8 +279,9 @@ static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
     const dq_t asked = current_control_step(&fast->current_control, fast->demand.current,
                                             fast->control.current, frame->omega_e, fast->demand.emf);
     const inverter_made_t made =
-        inverter_make(&fast->inverter, &tuning->inverter, frames_inverse_park(asked, acting),
-                      frames_inverse_park(fast->demand.current, acting), fast->measure.measured.u_dc);
+        inverter_make(&tuning->inverter, frames_inverse_park(asked, acting),
+                      frames_inverse_park(fast->demand.current, acting), fast->acted.leg,
+                      fast->measure.measured.u_dc);
     fast->control.voltage = asked;
     fast->control.limited = 0u;
     if (made.cut) {

@@ -36,5 +36,5 @@ abc_t fast_excite(fast_t *fast, fast_orders_t orders)
     fast->control.voltage = frames_park(asked, fast->demand.frame.rotation);
     fast->control.limited = 0u;
     /* without a current no leg has a loss that could be compensated */
-    return inverter_make(&fast->inverter, tuning, asked, none, measured->u_dc).duty;
+    return inverter_make(tuning, asked, none, fast->acted.leg, measured->u_dc).duty;
 }

@@ -340,13 +340,10 @@ static float load_share(medium_t *medium, const medium_tuning_t *tuning, const w
 #define SHIFT_OF_SWING (1.0f / (6.0f * DEAD_TIME_LEARN_SWINGS))
 
 /* The zone of the legs at this DC link [V]. */
-static void set_zone(medium_t *medium, const medium_tuning_t *tuning, float link)
+static float per_zone(const medium_t *medium, const medium_tuning_t *tuning, float link)
 {
-    const leg_zone_t zone = leg_zone(tuning->unequal_legs.per_zone,
-                                     SHIFT_OF_SWING * tuning->dead_time_learn.swing *
-                                         medium->dead_time_learn.effective * link);
-    medium->setpoint.models.per_zone = zone.inverse;
-    medium->setpoint.models.late = zone.late;
+    return leg_zone_inverse(tuning->unequal_legs.per_zone, SHIFT_OF_SWING * tuning->dead_time_learn.swing *
+                                                               medium->dead_time_learn.effective * link);
 }
 
 /* The part of the setpoint that does not depend on the manoeuvre. */
@@ -383,7 +380,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->models.flux_linkage = medium->flux.flux_linkage;
     setpoint->models.speed_per_volt = medium->flux.speed_per_volt;
     setpoint->models.dead_time = medium->dead_time_learn.effective;
-    set_zone(medium, tuning, window->link.mean);
+    setpoint->models.per_zone = per_zone(medium, tuning, window->link.mean);
     setpoint->models.spared = medium->ripple.spared;
     setpoint->excite.kind = (int32_t)EXCITE_NONE;
     if (medium->manoeuvres.now == (int32_t)MANOEUVRE_COMMISSION) {
@@ -464,5 +461,5 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     medium->setpoint.models.flux_linkage = medium->flux.flux_linkage;
     medium->setpoint.models.speed_per_volt = medium->flux.speed_per_volt;
     medium->setpoint.models.dead_time = medium->dead_time_learn.effective;
-    set_zone(medium, tuning, 0.0f);
+    medium->setpoint.models.per_zone = tuning->unequal_legs.per_zone;
 }

@@ -36,27 +36,25 @@ typedef struct {
 /* Computes the coefficients; the model has no state. Two divisions. */
 dead_time_tuning_t dead_time_prepare(const dead_time_params_t *params);
 
-/* Voltage [V] that a leg whose sign is certain loses, at the DC link `u_dc` [V]. */
-static inline float dead_time_leg(const dead_time_tuning_t *dead_time, float u_dc)
+/* Voltage [V] that a leg whose sign is certain loses, with the dead time `effective`, T_e/T [-], at the DC
+ * link `u_dc` [V]. */
+static inline float dead_time_leg(const dead_time_tuning_t *dead_time, float effective, float u_dc)
 {
-    return dead_time->volt_per_volt * u_dc + dead_time->drop;
+    return effective * u_dc + dead_time->drop;
 }
 
-/* Signs of the currents of the three legs [-1 to 1], linear within the zone. The sign of a leg is its loss
- * over its full loss, if both of its edges occur at the same `current` [A]. No division, six compares. */
-static inline abc_t dead_time_signs(const dead_time_tuning_t *dead_time, abc_t current)
+/* Twice x, limited to +-2. */
+static inline float dead_time_passage(float x)
 {
-    return (abc_t){bounds_clamp(dead_time->per_zone * current.a, 1.0f),
-                   bounds_clamp(dead_time->per_zone * current.b, 1.0f),
-                   bounds_clamp(dead_time->per_zone * current.c, 1.0f)};
+    return bounds_magnitude(x + 1.0f) - bounds_magnitude(x - 1.0f);
 }
 
-/* The sum of both edges, -2 to 2, for legs with these currents over the zone at their two edges. */
-static inline abc_t dead_time_edge_signs(abc_t first, abc_t second)
+/* Twice the signs of the currents of the three legs [-2 to 2], linear within the zone. */
+static inline abc_t dead_time_signs(const dead_time_tuning_t *dead_time, ab_t current)
 {
-    return (abc_t){bounds_clamp(first.a, 1.0f) + bounds_clamp(second.a, 1.0f),
-                   bounds_clamp(first.b, 1.0f) + bounds_clamp(second.b, 1.0f),
-                   bounds_clamp(first.c, 1.0f) + bounds_clamp(second.c, 1.0f)};
+    const float per_zone = dead_time->per_zone;
+    const abc_t over = frames_inverse_clarke((ab_t){per_zone * current.alpha, per_zone * current.beta});
+    return (abc_t){dead_time_passage(over.a), dead_time_passage(over.b), dead_time_passage(over.c)};
 }
 
 /* Mean lost voltage [V] in the stationary frame for these signs, if a leg whose sign is certain loses `leg`

@@ -28,23 +28,19 @@ typedef struct {
 } inverter_params_t;
 
 typedef struct {
-    dead_time_tuning_t compensated; /* loss that the modulation compensates */
-    dead_time_tuning_t lost;        /* full loss of the inverter, independent of the compensated share */
+    dead_time_tuning_t lost; /* full loss of the inverter, independent of the compensated share */
     edges_tuning_t edges;
     svpwm_tuning_t modulation;
-    float gain;        /* share that is compensated [-] */
+    float half_gain;   /* half of the share that is compensated [-] */
     float duty_counts; /* [-] */
     float per_count;   /* 1/duty_counts [-] */
 } inverter_tuning_t;
 
 typedef struct {
-    dead_time_tuning_t compensated; /* the compensated loss with the learnt dead time */
-    dead_time_tuning_t lost;        /* the full loss with the learnt dead time */
-    abc_t duty_prev[2];             /* duties of one and two steps ago [-] */
-    ab_t current_prev;              /* one period ago [A] */
-    float u_dc_prev;                /* one period ago [V] */
-    edges_t signs;
-    float late;
+    edges_t signs;      /* of the loss in the last period */
+    abc_t duty_prev[2]; /* duties of one and two steps ago [-] */
+    ab_t current_prev;  /* one period ago [A] */
+    float u_dc_prev;    /* one period ago [V] */
 } inverter_t;
 
 typedef struct {
@@ -60,29 +56,11 @@ typedef struct {
     float leg;    /* loss of a leg whose sign is certain [V] */
 } inverter_acted_t;
 
-/* Computes the coefficients. Six divisions. */
+/* Computes the coefficients. Five divisions. */
 inverter_tuning_t inverter_prepare(const inverter_params_t *params);
 
-/* Sets these coefficients; no voltage has acted yet. */
-void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning);
-
-/* Sets new coefficients; the memory of the duties stays. */
-static inline void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning)
-{
-    inverter->compensated = tuning->compensated;
-    inverter->lost = tuning->lost;
-}
-
-/* Sets another effective dead time than that of the tuning, T_e/T_s [-], for both directions, and the zone at
- * the edges [1/A] (medium/adapt/leg_zone.h), until the next inverter_take(). */
-static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_tuning_t *tuning,
-                                          float effective, float per_zone, float late)
-{
-    inverter->late = late;
-    inverter->lost.volt_per_volt = effective;
-    inverter->lost.per_zone = per_zone;
-    inverter->compensated.volt_per_volt = tuning->gain * effective;
-}
+/* No voltage has acted yet. */
+void inverter_init(inverter_t *inverter);
 
 /* The nearest duty that the compare registers can hold, so that the observer uses the voltage that acts. */
 static inline float inverter_whole_counts(const inverter_tuning_t *tuning, float duty)
@@ -90,17 +68,17 @@ static inline float inverter_whole_counts(const inverter_tuning_t *tuning, float
     return (float)(int32_t)(duty * tuning->duty_counts + 0.5f) * tuning->per_count;
 }
 
-/* Duties for the required voltage `wanted` [V] on the winding at the DC link `u_dc` [V]. `current` [A] is the
+/* Duties for the required voltage `wanted` [V] on the winding at the DC link `u_dc` [V]; `leg` [V]: loss of a
+ * leg whose sign is certain. `current` [A] is the
  * one expected in the middle of the period in which the duties act, because its sign determines the loss of
  * each leg. The current reference is the best estimate: a sampled current has the wrong sign near its zero
  * crossings. Both edges of a leg are assumed to occur at this current; inverter_acted() accounts for the
  * difference. One division, two at the voltage limit. */
-static inline inverter_made_t inverter_make(const inverter_t *inverter, const inverter_tuning_t *tuning,
-                                            ab_t wanted, ab_t current, float u_dc)
+static inline inverter_made_t inverter_make(const inverter_tuning_t *tuning, ab_t wanted, ab_t current,
+                                            float leg, float u_dc)
 {
-    const dead_time_tuning_t *compensated = &inverter->compensated;
-    const abc_t signs = dead_time_signs(compensated, frames_inverse_clarke(current));
-    const ab_t lost = dead_time_voltage(signs, dead_time_leg(compensated, u_dc));
+    const abc_t signs = dead_time_signs(&tuning->lost, current);
+    const ab_t lost = dead_time_voltage(signs, tuning->half_gain * leg);
     const ab_t asked = {wanted.alpha + lost.alpha, wanted.beta + lost.beta};
     const svpwm_t modulated = svpwm_modulate(&tuning->modulation, asked, u_dc);
     return (inverter_made_t){
@@ -115,17 +93,17 @@ static inline inverter_made_t inverter_make(const inverter_t *inverter, const in
  * [rad/s] at which the voltage turns. The mean currents determine where the legs act on each other, this the
  * current at the edges, and that current the loss. No division. */
 static inline inverter_acted_t inverter_acted(inverter_t *inverter, const inverter_tuning_t *tuning,
-                                              ab_t current, float omega_e, float u_dc)
+                                              float effective, float per_zone, ab_t current,
+                                              float omega_e, float u_dc)
 {
-    const dead_time_tuning_t *dead_time = &inverter->lost;
     const ab_t last = inverter->current_prev;
     const float link = 0.5f * (u_dc + inverter->u_dc_prev);
     const ab_t middle = {0.5f * (current.alpha + last.alpha), 0.5f * (current.beta + last.beta)};
     const ab_t change = {current.alpha - last.alpha, current.beta - last.beta};
     const abc_t duty = inverter->duty_prev[1];
-    inverter->signs = edges_signs(&tuning->edges, &inverter->signs, dead_time->per_zone, inverter->late, duty, middle, change,
-                                         dead_time->volt_per_volt, omega_e, link);
-    const float leg = dead_time_leg(dead_time, link);
+    inverter->signs = edges_signs(&tuning->edges, &inverter->signs, per_zone, duty, middle, change,
+                                   effective, omega_e, link);
+    const float leg = dead_time_leg(&tuning->lost, effective, link);
     const edges_t *signs = &inverter->signs;
     const float part = 0.25f * tuning->edges.way * leg; /* the signs are twice */
     const abc_t poles = {link * duty.a - part * (signs->first.a + signs->second.a), link * duty.b - part * (signs->first.b + signs->second.b),

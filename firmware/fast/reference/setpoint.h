@@ -73,7 +73,6 @@ typedef struct {
     float flux_linkage; /* psi_f [Wb] */
     float speed_per_volt; /* 1/psi_f [rad/s/V] */
     float dead_time;      /* T_e/T of the legs [-] */
-    float late;
     float per_zone;       /* one over the half width of the zone in which an edge loses a part of it [1/A] */
     ab_t spared; /* part of the voltage that acts, removed for the estimator: harmonics of the EMF and
                     differences of the legs, mean of the window [V] */

@@ -15,17 +15,12 @@
 
 #include "math/bounds.h"
 
-typedef struct {
-    float inverse; /* 1/w [1/A] */
-    float late;    /* b [-] */
-} leg_zone_t;
-
-static inline leg_zone_t leg_zone(float per_zone, float shift)
+/* One over the half width [1/A], for the zone `per_zone` [1/A] and the shift z/2 [A]. One division. */
+static inline float leg_zone_inverse(float per_zone, float shift)
 {
     const float x = per_zone * bounds_magnitude(shift);
-    const float late = bounds_less((1.0f / 3.0f) * x, 1.0f);
-    const float wide = 1.0f + x * (1.0f + late);
-    return (leg_zone_t){per_zone * wide / (1.0f + x * wide), late};
+    const float wide = 1.0f + x;
+    return per_zone * wide / (1.0f + x * wide);
 }
 
 #endif

@@ -278,10 +278,9 @@ static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
     const rotation_t acting = trig_advance(frame->rotation, 1.5f * DRIVE_PERIOD * frame->omega_e);
     const dq_t asked = current_control_step(&fast->current_control, fast->demand.current,
                                             fast->control.current, frame->omega_e, fast->demand.emf);
-    const inverter_made_t made =
-        inverter_make(&tuning->inverter, frames_inverse_park(asked, acting),
-                      frames_inverse_park(fast->demand.current, acting), fast->acted.leg,
-                      fast->measure.measured.u_dc);
+    const inverter_made_t made = inverter_make(&tuning->inverter, frames_inverse_park(asked, acting),
+                                               frames_inverse_park(fast->demand.current, acting),
+                                               fast->acted.leg, fast->measure.measured.u_dc);
     fast->control.voltage = asked;
     fast->control.limited = 0u;
     if (made.cut) {

@@ -164,7 +164,7 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
     drive_init(&drive, &params);
     inverter_t beside;
     const inverter_tuning_t *tuning = &drive.tunings[drive.in_force].fast.inverter;
-    inverter_init(&beside, tuning);
+    inverter_init(&beside);
     bring_to_ready();
     request_currents(0.0f, 5.0f);
     request(REQUEST_ON);
@@ -175,10 +175,12 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
         samples.u_dc = (float)(U_DC + 10.0 * sin(0.9 * k));
         const bool before_start = drive.fast.estimating == 0u;
         const float omega_e = drive.fast.demand.frame.omega_e; /* the speed in the period that ends now */
+        const float effective = drive.setpoints[drive.acting].models.dead_time;
+        const float per_zone = drive.setpoints[drive.acting].models.per_zone; /* follows the link: test_leg_zone.c */
         turn(20, 1);
         const ab_t sampled = to_ab(current);
-        beside.lost.per_zone = drive.fast.inverter.lost.per_zone; /* follows the link: test_leg_zone.c */
-        const ab_t expected = inverter_acted(&beside, tuning, sampled, omega_e, samples.u_dc).voltage;
+        const ab_t expected =
+            inverter_acted(&beside, tuning, effective, per_zone, sampled, omega_e, samples.u_dc).voltage;
         inverter_remember(&beside, &command.duty, sampled, samples.u_dc);
         if (!before_start) {
             TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, cabs(of_ab(drive.fast.acted.voltage) - of_ab(expected)));

@@ -34,6 +34,9 @@ static const inverter_params_t PARAMS = {
 
 static const ab_t NONE = {0.0f, 0.0f};
 
+/* Signs of the legs at their two edges in the last period. */
+static double signs[2][3];
+
 static inverter_t inverter;
 static inverter_tuning_t tuning;
 
@@ -43,7 +46,8 @@ static void begin(float gain)
     params.dead_time.gain = gain;
     tuning = inverter_prepare(&params);
     memset(&inverter, 0x55, sizeof inverter);
-    inverter_init(&inverter, &tuning);
+    inverter_init(&inverter);
+    memset(signs, 0, sizeof signs);
 }
 
 void setUp(void)
@@ -87,39 +91,47 @@ static double complex lost_at(double complex current, double u_dc)
     return vector_of(lost);
 }
 
-/* The loss if each edge has the current that flows at these duties: docs/theory.md, 12.
- * tests/unit/test_edges.c compares these currents with an integration. */
+/* The loss if each edge has the current that flows at these duties: docs/theory.md, 12. Edges are late by
+ * half of 2.5 + 0.7 + 0.9 us. tests/unit/test_edges.c compares these currents with an integration. */
 static double complex lost_between(const abc_t *duties, double complex before, double complex now,
                                    double u_dc)
 {
     const double made[3] = {(double)duties->a, (double)duties->b, (double)duties->c};
-    const double complex middle = 0.5 * (before + now);
     const double ampere = u_dc * 1e-4 / INDUCTANCE;
-    double early[3] = {0.0}; /* sum of max(0, y - e) over the other legs */
-    double late[3] = {0.0};  /* sum of max(y, -e) */
-    double free[3];          /* [A] change of the current by EMF and resistance in half a period */
-    double lost[3];
-    for (int leg = 0; leg < 3; leg++) {
-        double others = 0.0;
-        for (int x = 0; x < 3; x++) {
-            const double y = made[x] - EFFECTIVE * sign_of(phase_of(middle, x)) - made[leg];
-            if (x != leg) {
-                others += y;
-                early[leg] += fmax(0.0, y - EFFECTIVE);
-                late[leg] += fmax(y, -EFFECTIVE);
-            }
+    const double after = EFFECTIVE * (ampere * EFFECTIVE / 3.0) / (3.0 * 0.4);
+    double acts[2][3], mean[2] = {0.0, 0.0}, free[3], lost[3], next[2][3];
+    for (int edge = 0; edge < 2; edge++) {
+        for (int leg = 0; leg < 3; leg++) {
+            acts[edge][leg] = made[leg] - EFFECTIVE * signs[edge][leg];
+            mean[edge] += acts[edge][leg] / 3.0;
         }
-        free[leg] = 0.5 * (phase_of(now - before, leg) + ampere / 3.0 * others);
+    }
+    for (int leg = 0; leg < 3; leg++) {
+        const double u = 0.5 * (acts[0][leg] - mean[0] + acts[1][leg] - mean[1]);
+        free[leg] = 0.5 * (phase_of(now - before, leg) - ampere * u);
     }
     for (int leg = 0; leg < 3; leg++) {
         /* (j f) of a leg is the difference of the other two over sqrt(3) */
         const double across = (free[(leg + 2) % 3] - free[(leg + 1) % 3]) / sqrt(3.0);
         const double rest = 1.0 - made[leg];
-        const double current = phase_of(middle, leg) - 0.25 * TURN * across * (1.0 - rest * rest);
-        const double first = current - rest * free[leg] + ampere / 6.0 * early[leg];
-        const double second = current + rest * free[leg] - ampere / 6.0 * late[leg];
-        lost[leg] = 0.5 * leg_at(u_dc) * (sign_of(first) + sign_of(second));
+        const double current = 0.5 * phase_of(now + before, leg) - 0.1875 * TURN * across +
+                               2.0 * 0.5 * (2.5 + 0.7 + 0.9) / 100.0 * free[leg];
+        double apart[2] = {0.0, 0.0};
+        for (int x = 0; x < 3; x++) {
+            if (x != leg) {
+                apart[0] += fabs(acts[0][x] - made[leg] - after);
+                apart[1] += fabs(acts[1][x] - made[leg] + after);
+            }
+        }
+        next[0][leg] =
+            sign_of(current - rest * free[leg] -
+                    ampere * (0.25 * (acts[1][leg] - mean[1]) + EFFECTIVE / 6.0 - apart[0] / 12.0));
+        next[1][leg] =
+            sign_of(current + rest * free[leg] +
+                    ampere * (0.25 * (acts[0][leg] - mean[0]) + EFFECTIVE / 6.0 - apart[1] / 12.0));
+        lost[leg] = 0.5 * leg_at(u_dc) * (next[0][leg] + next[1][leg]);
     }
+    memcpy(signs, next, sizeof signs);
     return vector_of(lost);
 }
 
@@ -163,7 +175,7 @@ static void test_duties_make_up_for_the_share_of_the_loss_that_is_compensated(vo
                 const double complex current = amperes * cexp(J * (angle + 0.6));
                 const double u_dc = 311.0 - 3.0 * amperes;
                 const inverter_made_t made =
-                    inverter_make(&inverter, &tuning, to_ab(wanted), to_ab(current), (float)u_dc);
+                    inverter_make(&tuning, to_ab(wanted), to_ab(current), (float)leg_at(u_dc), (float)u_dc);
                 expect_nearest_counts(wanted + gain * lost_at(current, u_dc), u_dc, made.duty);
                 TEST_ASSERT_TRUE(made.missing.alpha == 0.0f && made.missing.beta == 0.0f);
                 odd += (int)nearbyint((double)made.duty.a * COUNTS) & 1;
@@ -183,7 +195,7 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
             const double reach = longest(angle, 311.0);
             const double complex asked = shares[n] * reach * cexp(J * angle);
             const inverter_made_t made =
-                inverter_make(&inverter, &tuning, to_ab(asked - lost), to_ab(3.0 * J), 311.0f);
+                inverter_make(&tuning, to_ab(asked - lost), to_ab(3.0 * J), (float)leg_at(311.0), 311.0f);
             const double complex missing = fmin(0.0, 1.0 - shares[n]) * reach * cexp(J * angle);
             TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE * fmax(1.0, shares[n]), 0.0,
                                       cabs(of_ab(made.missing) - missing));
@@ -199,7 +211,8 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
 
 static void test_nothing_has_acted_at_first(void)
 {
-    const inverter_acted_t acted = inverter_acted(&inverter, &tuning, NONE, 0.0f, 311.0f);
+    const inverter_acted_t acted =
+        inverter_acted(&inverter, &tuning, (float)EFFECTIVE, 2.5f, NONE, 0.0f, 311.0f);
     TEST_ASSERT_TRUE(acted.voltage.alpha == 0.0f && acted.voltage.beta == 0.0f);
     TEST_ASSERT_TRUE(acted.current.alpha == 0.0f && acted.current.beta == 0.0f);
 }
@@ -233,11 +246,14 @@ static void test_duties_of_two_steps_ago_acted_less_what_the_inverter_took(void)
         }
         const period_t now = period_of(k);
         const period_t before = period_of(k - 1);
-        const inverter_acted_t acted =
-            inverter_acted(&inverter, &tuning, to_ab(now.current), OMEGA_E, (float)now.u_dc);
+        const inverter_acted_t acted = inverter_acted(&inverter, &tuning, (float)EFFECTIVE, 2.5f,
+                                                      to_ab(now.current), OMEGA_E, (float)now.u_dc);
         const double link = 0.5 * (now.u_dc + before.u_dc);
         const double complex mean = 0.5 * (now.current + before.current);
-        if (k % 500 >= 2) {
+        if (k % 500 < 2) {
+            memset(signs, 0, sizeof signs);
+            inverter.signs = (edges_t){{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
+        } else {
             const abc_t oldest = period_of(k - 2).duty;
             const double complex rest = -lost_between(&oldest, before.current, now.current, link);
             TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE, 0.0,
@@ -265,20 +281,19 @@ static void test_new_coefficients_act_at_once_on_what_stays_in_memory(void)
     params.dead_time.drop = 1.875f;
     params.duty_counts = 2500.0f;
     tuning = inverter_prepare(&params);
-    inverter_take(&inverter, &tuning);
 
     const period_t now = period_of(5);
     const double link = 0.5 * (now.u_dc + last.u_dc);
     const double more = 1.0 + 1.0 / leg_at(link);
-    const inverter_acted_t acted =
-        inverter_acted(&inverter, &tuning, to_ab(now.current), OMEGA_E, (float)now.u_dc);
+    const inverter_acted_t acted = inverter_acted(&inverter, &tuning, (float)EFFECTIVE, 2.5f,
+                                                  to_ab(now.current), OMEGA_E, (float)now.u_dc);
     TEST_ASSERT_DOUBLE_WITHIN(
         VOLT_TOLERANCE, 0.0,
         cabs(of_ab(acted.voltage) - (duties_of(oldest.duty) * link -
                                      more * lost_between(&oldest.duty, last.current, now.current, link))));
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, leg_at(link) + 1.0, (double)acted.leg);
 
-    const abc_t duty = inverter_make(&inverter, &tuning, to_ab(50.0 + 20.0 * J), NONE, 311.0f).duty;
+    const abc_t duty = inverter_make(&tuning, to_ab(50.0 + 20.0 * J), NONE, 8.0f, 311.0f).duty;
     const double count = 2500.0 * (double)duty.a;
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, nearbyint(count), count);
 }

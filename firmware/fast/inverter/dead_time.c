@@ -1,7 +1,7 @@
 #include "fast/inverter/dead_time.h"
 
-/* A zone of almost zero width: any current except 0 has its full sign [A]. */
-#define HARD_SIGN 1e-30f
+/* The narrowest zone [A]: a hundred times wider than the rounding of currents of 100 A. */
+#define HARD_SIGN 1e-3f
 
 dead_time_tuning_t dead_time_prepare(const dead_time_params_t *params)
 {

@@ -1,3 +1,26 @@
+/* The signs of the loss of each leg at its two edges, from the current in its dead times.
+ *
+ * The switches whose zero vector is sampled (here: the upper ones) are on at both ends of a period and off
+ * around its middle: leg j, with duty d_j, falls at d_j T/2 and rises at T - d_j T/2. In the dead time T_e
+ * around each instant both of its switches are off, and the diodes drive its current towards zero. With the
+ * sign s of the loss at an edge, the effective duty is d - e s there. With the means of three legs subtracted
+ * from these duties, u' at the first and u" at the second edge, the current in the dead time is
+ *
+ *     i' = i_j - b_j - r_j f_j - A/4 u"_j - A/6 e + A/12 sum over x of |d_x - e s'_x - d_j - q|
+ *     i" = i_j - b_j + r_j f_j + A/4 u'_j + A/6 e - A/12 sum over x of |d_x - e s"_x - d_j + q|
+ *     f_j = (Di_j - A/2 (u'_j + u"_j))/2,   b_j = 3/16 omega T (j f)_j - 2 t/T f_j
+ *     A = T u_dc/L,   e = T_e/T,   r_j = 1 - d_j,   s = sat(i/w)
+ *
+ * with the mean i_j of the currents at both ends of the period, their difference Di_j, and the other two legs
+ * x. f_j is the change by EMF and resistance in half a period. b_j is the effect of an EMF that turns with
+ * the speed omega, and of the time t by which dead time and delays move all edges but not the samples. s' and
+ * s" are those of the last period. q = e z/(3 w) with z = A e/3 is the time after the middle of the dead
+ * time, in which the current counts; it follows with w (medium/adapt/leg_zone.h) from the passage through
+ * zero. Where the lower switches are sampled, d is their share, 1 - duty, and currents and voltages have the
+ * opposite sign. Derivation: docs/theory.md, 12.
+ *
+ * The state are the signs, which the caller keeps. Does not handle: b_j for other duties than 1/2, where the
+ * parabola of the EMF has 1 - r_j^2 instead of 3/4. */
 #ifndef FAST_INVERTER_EDGES_H
 #define FAST_INVERTER_EDGES_H
 
@@ -10,79 +33,80 @@ typedef struct {
     float current_per_volt; /* T/(12 L) [A/V] */
     float whole;            /* share for which the sampled switch of a leg of duty 0 is off [-] */
     float way;              /* 1, or -1 where the lower switches are sampled [-] */
-    float lag;              /* change by EMF in the delay of all edges over that in half a period [-] */
+    float lag;              /* 2 t/T [-] */
     float turn;             /* 3/16 T [s] */
 } edges_tuning_t;
 
-/* Twice the signs of each leg, -2 to 2; positive in the direction of the sampled switches. */
+/* Twice the signs at both edges of each leg, -2 to 2, positive in the direction of the sampled switches. */
 typedef struct {
     abc_t first, second;
 } edges_t;
 
-static inline edges_tuning_t edges_prepare(float period, float inductance, float delay, bool upper)
+/* Coefficients for the period T [s], the inductance L [H], > 0, and the time t [s] by which all edges are
+ * late. `upper`: the currents are sampled while the upper switches are on, else the lower ones. Two
+ * divisions. */
+static inline edges_tuning_t edges_prepare(float period, float inductance, float late, bool upper)
 {
     return (edges_tuning_t){
-        period / (12.0f * inductance), upper ? 1.0f : 0.0f, upper ? 1.0f : -1.0f, 2.0f * delay / period,
-        0.1875f * period,
+        period / (12.0f * inductance), upper ? 1.0f : 0.0f, upper ? 1.0f : -1.0f,
+        2.0f * late / period,          0.1875f * period,
     };
 }
 
-/* Twice the sign of a current between -`minus` and `plus`. */
-static inline float edges_sign(float current, float minus, float plus)
+/* Twice the sign of a current over the zone, which begins at -`below` and ends at 2 - `below`. */
+static inline float edges_sign(float current, float below)
 {
-    return bounds_magnitude(current + minus) - bounds_magnitude(current - plus);
+    return bounds_magnitude(current + below) - bounds_magnitude(current - (2.0f - below));
 }
 
-/* Sum of the distances of an instant from those of two edges. */
+/* Sum of the distances of one instant from two others. */
 static inline float edges_apart(float instant, float one, float other)
 {
-#ifdef TWO
-    return 0.5f * (bounds_magnitude(instant - TWO - one) + bounds_magnitude(instant + TWO - one)+bounds_magnitude(instant - TWO - other) + bounds_magnitude(instant + TWO - other));
-#else
     return bounds_magnitude(instant - one) + bounds_magnitude(instant - other);
-#endif
 }
 
-static inline edges_t edges_signs(const edges_tuning_t *edges, const edges_t *last, float per_zone, abc_t duty,
-                                  ab_t middle, ab_t change, float effective, float omega_e, float u_dc)
+/* The signs of this period from those of the `last` one. `per_zone`: 1/w [1/A], `duty`: of the upper
+ * switches, as commanded [-], `middle`: mean of the current in the period, `change`: its change [A],
+ * `effective`: e [-], `omega_e`: speed at which the EMF turns [rad/s], `u_dc`: DC link [V]. No division.
+ * Currents are over w, and duties are in the unit in which a whole period is A/12 over w, so that z/w is 8
+ * `half`. */
+static inline edges_t edges_signs(const edges_tuning_t *edges, const edges_t *last, float per_zone,
+                                  abc_t duty, ab_t middle, ab_t change, float effective, float omega_e,
+                                  float u_dc)
 {
     const float way = edges->way;
     const float scale = way * per_zone;
     const float half_scale = 0.5f * scale;
     const float ampere = edges->current_per_volt * per_zone * u_dc;
     const float half = 0.5f * effective * ampere;
-    const float later = 16.0f / 3.0f * half * half;
+    const float after = 16.0f / 3.0f * half * half; /* q */
     const float whole = edges->whole;
-    const abc_t own = {ampere * (whole - way * duty.a), ampere * (whole - way * duty.b),
-                       ampere * (whole - way * duty.c)};
+    const abc_t rest = {whole - way * duty.a, whole - way * duty.b, whole - way * duty.c};
+    const abc_t own = {ampere * rest.a, ampere * rest.b, ampere * rest.c};
     const abc_t fall = {own.a + half * last->first.a, own.b + half * last->first.b,
                         own.c + half * last->first.c};
     const abc_t rise = {own.a + half * last->second.a, own.b + half * last->second.b,
                         own.c + half * last->second.c};
-    const abc_t both = {fall.a + rise.a, fall.b + rise.b, fall.c + rise.c};
     const float falls = fall.a + fall.b + fall.c;
     const float rises = rise.a + rise.b + rise.c;
+    const abc_t both = {fall.a + rise.a, fall.b + rise.b, fall.c + rise.c};
     const ab_t free = {half_scale * change.alpha + (3.0f * both.a - (falls + rises)),
                        half_scale * change.beta + FRAMES_SQRT_3 * (both.b - both.c)};
-    const float turn = edges->turn * omega_e;
     const float lag = edges->lag;
+    const float turn = edges->turn * omega_e;
     const abc_t at = frames_inverse_clarke((ab_t){scale * middle.alpha + lag * free.alpha + turn * free.beta,
                                                   scale * middle.beta + lag * free.beta - turn * free.alpha});
     const abc_t f = frames_inverse_clarke(free);
-    const abc_t swing = {(whole - way * duty.a) * f.a, (whole - way * duty.b) * f.b,
-                         (whole - way * duty.c) * f.c};
-    const float band = 1.0f + 4.0f * half;
-    const float early_plus = band + rises;
-    const float early_minus = 2.0f - early_plus;
-    const float late_minus = band + falls;
-    const float late_plus = 2.0f - late_minus;
+    const abc_t swing = {rest.a * f.a, rest.b * f.b, rest.c * f.c};
+    const float early = 1.0f - 4.0f * half - rises; /* A/6 e, and the mean of the three legs */
+    const float late = 1.0f + 4.0f * half + falls;
     return (edges_t){
-        {edges_sign(at.a - swing.a + 3.0f * rise.a + edges_apart(own.a - later, fall.b, fall.c), early_minus, early_plus),
-         edges_sign(at.b - swing.b + 3.0f * rise.b + edges_apart(own.b - later, fall.c, fall.a), early_minus, early_plus),
-         edges_sign(at.c - swing.c + 3.0f * rise.c + edges_apart(own.c - later, fall.a, fall.b), early_minus, early_plus)},
-        {edges_sign(at.a + swing.a - 3.0f * fall.a - edges_apart(own.a + later, rise.b, rise.c), late_minus, late_plus),
-         edges_sign(at.b + swing.b - 3.0f * fall.b - edges_apart(own.b + later, rise.c, rise.a), late_minus, late_plus),
-         edges_sign(at.c + swing.c - 3.0f * fall.c - edges_apart(own.c + later, rise.a, rise.b), late_minus, late_plus)},
+        {edges_sign(at.a - swing.a + 3.0f * rise.a + edges_apart(own.a - after, fall.b, fall.c), early),
+         edges_sign(at.b - swing.b + 3.0f * rise.b + edges_apart(own.b - after, fall.c, fall.a), early),
+         edges_sign(at.c - swing.c + 3.0f * rise.c + edges_apart(own.c - after, fall.a, fall.b), early)},
+        {edges_sign(at.a + swing.a - 3.0f * fall.a - edges_apart(own.a + after, rise.b, rise.c), late),
+         edges_sign(at.b + swing.b - 3.0f * fall.b - edges_apart(own.b + after, rise.c, rise.a), late),
+         edges_sign(at.c + swing.c - 3.0f * fall.c - edges_apart(own.c + after, rise.a, rise.b), late)},
     };
 }
 

@@ -68,12 +68,11 @@ static inline float inverter_whole_counts(const inverter_tuning_t *tuning, float
     return (float)(int32_t)(duty * tuning->duty_counts + 0.5f) * tuning->per_count;
 }
 
-/* Duties for the required voltage `wanted` [V] on the winding at the DC link `u_dc` [V]; `leg` [V]: loss of a
- * leg whose sign is certain. `current` [A] is the
- * one expected in the middle of the period in which the duties act, because its sign determines the loss of
- * each leg. The current reference is the best estimate: a sampled current has the wrong sign near its zero
- * crossings. Both edges of a leg are assumed to occur at this current; inverter_acted() accounts for the
- * difference. One division, two at the voltage limit. */
+/* Duties for the required voltage `wanted` [V] on the winding at the DC link `u_dc` [V]. A leg whose
+ * sign is certain loses `leg` [V]. `current` [A] is the one expected in the middle of the period in which the
+ * duties act, because its sign determines the loss of each leg. The current reference is the best estimate: a
+ * sampled current has the wrong sign near its zero crossings. Both edges of a leg are assumed to occur at
+ * this current; inverter_acted() accounts for the difference. One division, two at the voltage limit. */
 static inline inverter_made_t inverter_make(const inverter_tuning_t *tuning, ab_t wanted, ab_t current,
                                             float leg, float u_dc)
 {
@@ -90,23 +89,24 @@ static inline inverter_made_t inverter_make(const inverter_tuning_t *tuning, ab_
 }
 
 /* The voltage that acted in the last period, from the current [A] and the DC link [V] at t_k and the speed
- * [rad/s] at which the voltage turns. The mean currents determine where the legs act on each other, this the
- * current at the edges, and that current the loss. No division. */
+ * [rad/s] at which the voltage turns. `effective`: learnt T_e/T_s [-], `per_zone`: one over the zone at the
+ * edges [1/A] (medium/adapt/leg_zone.h). No division. */
 static inline inverter_acted_t inverter_acted(inverter_t *inverter, const inverter_tuning_t *tuning,
-                                              float effective, float per_zone, ab_t current,
-                                              float omega_e, float u_dc)
+                                              float effective, float per_zone, ab_t current, float omega_e,
+                                              float u_dc)
 {
     const ab_t last = inverter->current_prev;
     const float link = 0.5f * (u_dc + inverter->u_dc_prev);
     const ab_t middle = {0.5f * (current.alpha + last.alpha), 0.5f * (current.beta + last.beta)};
     const ab_t change = {current.alpha - last.alpha, current.beta - last.beta};
     const abc_t duty = inverter->duty_prev[1];
-    inverter->signs = edges_signs(&tuning->edges, &inverter->signs, per_zone, duty, middle, change,
-                                   effective, omega_e, link);
+    inverter->signs = edges_signs(&tuning->edges, &inverter->signs, per_zone, duty, middle, change, effective,
+                                  omega_e, link);
     const float leg = dead_time_leg(&tuning->lost, effective, link);
     const edges_t *signs = &inverter->signs;
     const float part = 0.25f * tuning->edges.way * leg; /* the signs are twice */
-    const abc_t poles = {link * duty.a - part * (signs->first.a + signs->second.a), link * duty.b - part * (signs->first.b + signs->second.b),
+    const abc_t poles = {link * duty.a - part * (signs->first.a + signs->second.a),
+                         link * duty.b - part * (signs->first.b + signs->second.b),
                          link * duty.c - part * (signs->first.c + signs->second.c)};
     return (inverter_acted_t){frames_clarke(poles), middle, link, leg};
 }

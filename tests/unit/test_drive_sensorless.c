@@ -176,7 +176,8 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
         const bool before_start = drive.fast.estimating == 0u;
         const float omega_e = drive.fast.demand.frame.omega_e; /* the speed in the period that ends now */
         const float effective = drive.setpoints[drive.acting].models.dead_time;
-        const float per_zone = drive.setpoints[drive.acting].models.per_zone; /* follows the link: test_leg_zone.c */
+        const float per_zone =
+            drive.setpoints[drive.acting].models.per_zone; /* follows the link: test_leg_zone.c */
         turn(20, 1);
         const ab_t sampled = to_ab(current);
         const ab_t expected =

@@ -90,13 +90,14 @@ static inline edges_t edges_signs(const edges_tuning_t *edges, const edges_t *la
     const float falls = fall.a + fall.b + fall.c;
     const float rises = rise.a + rise.b + rise.c;
     const abc_t both = {fall.a + rise.a, fall.b + rise.b, fall.c + rise.c};
-    const ab_t free = {half_scale * change.alpha + (3.0f * both.a - (falls + rises)),
-                       half_scale * change.beta + FRAMES_SQRT_3 * (both.b - both.c)};
+    const ab_t drift = {half_scale * change.alpha + (3.0f * both.a - (falls + rises)),
+                        half_scale * change.beta + FRAMES_SQRT_3 * (both.b - both.c)};
     const float lag = edges->lag;
     const float turn = edges->turn * omega_e;
-    const abc_t at = frames_inverse_clarke((ab_t){scale * middle.alpha + lag * free.alpha + turn * free.beta,
-                                                  scale * middle.beta + lag * free.beta - turn * free.alpha});
-    const abc_t f = frames_inverse_clarke(free);
+    const abc_t at =
+        frames_inverse_clarke((ab_t){scale * middle.alpha + lag * drift.alpha + turn * drift.beta,
+                                     scale * middle.beta + lag * drift.beta - turn * drift.alpha});
+    const abc_t f = frames_inverse_clarke(drift);
     const abc_t swing = {rest.a * f.a, rest.b * f.b, rest.c * f.c};
     const float early = 1.0f - 4.0f * half - rises; /* A/6 e, and the mean of the three legs */
     const float late = 1.0f + 4.0f * half + falls;

@@ -174,6 +174,7 @@ learnt_t drive_learnt(const drive_t *drive)
         .resistance = drive->medium.inductance.resistance,
         .inductance_q = drive->medium.inductance.learnt,
         .inertia = drive->medium.inertia.learnt,
+        .noise_square = drive->fast.measure.noise_square,
     };
 }
 

@@ -183,7 +183,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "least 0.3 s to handover_speed")                                                                       \
     F(52, handover_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
       "mechanical speed above which the control uses the estimated angle; 0: by rule, where the EMF "        \
-      "exceeds the voltages of dead time and R I")                                                           \
+      "exceeds the voltages of dead time and R I, and the noise of the currents")                            \
     F(53, fallback_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
       "mechanical speed below which the control uses a forced frame; 0: 0.4 of handover_speed")              \
     I(54, start_tries, "-", 3, 1, 100, TABLE_LIVE,                                                           \

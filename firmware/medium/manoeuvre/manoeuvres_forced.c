@@ -195,7 +195,7 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
     } else if (m->now != (int32_t)MANOEUVRE_FORCED &&
                bounds_within(target - m->forced.speed, REACHED_SHARE * limits->handover_speed)) {
         manoeuvres_enter(m, MANOEUVRE_HANDOVER);
-        handover_enter(&m->handover, input->current);
+        handover_enter(&m->handover, input->current, input->estimate->omega_smooth);
     }
 }
 
@@ -210,8 +210,8 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     force_by(m, setpoint);
     const handover_outcome_t outcome =
         handover_step(&m->handover, estimate, &m->lock, forced, input->current);
-    if (outcome == HANDOVER_GOOD) { /* only the frame changes at the hand-over, not the current */
-        manoeuvres_enter_run(m, m->handover.mean, estimate->omega_smooth);
+    if (outcome == HANDOVER_GOOD) { /* only the frame changes at the hand-over */
+        manoeuvres_enter_run(m, m->handover.mean, m->handover.omega);
         manoeuvres_run_at(m, input, estimate->frame.omega_e, m->run.omega_m_ref, setpoint);
         setpoint->change = (int32_t)FRAME_TURNS;
     } else if (outcome == HANDOVER_FAILED) {

@@ -174,7 +174,9 @@ learnt_t drive_learnt(const drive_t *drive)
         .resistance = drive->medium.inductance.resistance,
         .inductance_q = drive->medium.inductance.learnt,
         .inertia = drive->medium.inertia.learnt,
-        .noise_square = drive->fast.measure.noise_square,
+        .noise_square = drive->medium.sequence.state > (int32_t)DRIVE_NOT_READY
+                            ? measure_noise(&drive->fast.measure)
+                            : 0.0f,
     };
 }
 

@@ -67,7 +67,7 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     window->sensors.still[0] = fast->still_watch.still[0];
     window->sensors.still[1] = fast->still_watch.still[1];
     window->sensors.still[2] = fast->still_watch.still[2];
-    window->sensors.noise = fast->measure.noise_square;
+    window->sensors.noise = measure_noise(&fast->measure);
     window->estimating = fast->estimating;
     window->tracking = fast->reference.tracking;
     window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF

@@ -124,13 +124,9 @@ calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuni
         return CALIBRATION_GOES_ON;
     }
     rest->unsure = is_quiet(rest) ? 0u : 1u;
-    if (is_white(&measure->noise)) {
-        measure->noise_square = 0.25f * measure->noise.step;
-        if (measure->noise_square > MEASURE_NOISY * MEASURE_NOISY) {
-            return CALIBRATION_NOISY;
-        }
-    }
-    return judged(tuning, measure->offset);
+    measure->noise.step = is_white(&measure->noise) ? measure->noise.step : 0.0f;
+    return measure_noise(measure) > MEASURE_NOISY * MEASURE_NOISY ? CALIBRATION_NOISY
+                                                                  : judged(tuning, measure->offset);
 }
 
 void measure_begin_rest(measure_t *measure)

@@ -79,7 +79,8 @@ typedef enum {
 typedef struct {
     float a[2]; /* [A] the last value and the one before, of sensor a */
     float b[2]; /* [A] the same of sensor b */
-    float step; /* [A^2] mean square of the change from one sample to the next, of both sensors together */
+    float step; /* [A^2] mean square of the change from one sample to the next, of both sensors together; 0
+                   after a calibration in which a current flowed */
     float leap; /* [A^2] the same from one sample to the next but one */
 } measure_noise_t;
 
@@ -101,8 +102,6 @@ typedef struct {
     abc_t offset;        /* [A] measured at zero current */
     uint32_t calibrated; /* [periods] of the calibration so far */
     measure_noise_t noise;
-    float noise_square; /* [A^2] mean square of the noise of a sensor, from the last calibration without
-                           current; 0: none */
     measure_rest_t rest;
     abc_t before;        /* [A] phase currents of the sample before the newest */
     measured_t measured; /* of the newest sample */
@@ -167,6 +166,12 @@ static inline bool measure_current_flows(const measured_t *measured)
  * own, the last two good samples are extrapolated, so that a growing current continues to grow: a sensor that
  * reaches its limit in this way is not broken. */
 abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples);
+
+/* Mean square of the noise of a sensor [A^2], from the last calibration. */
+static inline float measure_noise(const measure_t *measure)
+{
+    return 0.25f * measure->noise.step;
+}
 
 /* Updates measure->measured of this period. `trim` [A]: change of the offsets that the trim has found since.
  * No division. */

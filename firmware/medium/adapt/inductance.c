@@ -2,6 +2,7 @@
 
 #include "math/angle.h"
 #include "math/periods.h"
+#include "math/root.h"
 #include "medium/adapt/gain.h"
 
 #define TWO_PI        6.2831853f
@@ -18,8 +19,9 @@
 #define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
 #define SETTLED       0.2f /* [-] of the initial rate: at this rate R has been learnt for long enough */
 #define CERTAIN       0.9f /* [-] confidence from which a learnt value is kept at once */
-#define ALONG_MIN     0.2f /* [-] least t with which the angle shows L_q */
+#define ANSWER_LEAST  0.4f /* [-] least G with which the angle shows L_q: t of 0.2 without saturation */
 #define ALONG_MAX     3.0f /* [-] */
+#define FLUX_LEAST    0.1f /* [-] of psi_f: least psi_t */
 #define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: largest L that a noisy cycle can give */
 
 static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
@@ -36,9 +38,13 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
     };
 }
 
-/* True if L_q of a salient rotor is learnt: with a smaller ratio it could become a round one. */
-static bool learns_salient(const inductance_params_t *params)
+/* True if L_q is learnt. With a smaller ratio a salient rotor could become a round one; a round rotor has no
+ * dither that shows a saturation. */
+static bool learns(const inductance_params_t *params)
 {
+    if (!params->salient) {
+        return params->saturation == 0.0f;
+    }
     return params->salient_too && params->from >= INDUCTANCE_SALIENT_LEAST * params->inductance_d;
 }
 
@@ -49,9 +55,11 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
     return (inductance_tuning_t){
         .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2),
                  wave_of(params, INDUCTANCE_FREQUENCY_3)},
-        .rate = !params->salient || learns_salient(params) ? params->rate : 0.0f,
+        .rate = learns(params) ? params->rate : 0.0f,
         .from = params->from,
         .inductance_q = params->inductance_q,
+        .knee = params->saturation > 0.0f ? 1.0f / (params->saturation * params->saturation) : 0.0f,
+        .observed_q = params->observed_q,
         .saliency = params->inductance_d - params->inductance_q,
         .apart = params->salient ? params->inductance_q - params->inductance_d : 0.0f,
         .ratio = params->inductance_q / params->inductance_d,
@@ -185,19 +193,54 @@ static bool rests(inductance_t *x, float i_q)
     return x->look.rests != 0u;
 }
 
-/* The direction of constant torque at this current; false: a salient rotor has too little of i_q to show L_q.
- * T/(1.5 p) = psi_a i_q, psi_a = psi_f - D i_d: it is constant along di_q = t di_d, t = D i_q/psi_a. */
+/* psi_q of the assumed curve over i_q, relative to that without current [-]. */
+static float share_at(const inductance_tuning_t *tuning, float i_q)
+{
+    return tuning->knee != 0.0f ? inverse_root(1.0f + tuning->knee * i_q * i_q) : 1.0f;
+}
+
+/* The part of psi_q at this i_q [A] that the observer's constant L_q does not have [Wb]. */
+static float flux_beyond(const inductance_tuning_t *tuning, float i_q)
+{
+    return tuning->knee != 0.0f ? (share_at(tuning, i_q) * tuning->inductance_q - tuning->observed_q) * i_q
+                                : 0.0f;
+}
+
+/* The line of constant torque of a salient rotor at this current. With D_a and D_i of the apparent and the
+ * incremental L_q, T/(1.5 p) = psi_f i_q + L_d i_d i_q - psi_q i_d is constant along di_q = t di_d,
+ * t = D_a i_q/psi_t, psi_t = psi_f - D_i i_d. */
+static inductance_line_t line_at(const inductance_tuning_t *tuning, dq_t current)
+{
+    const float share = share_at(tuning, current.q);
+    const float square = share * share;
+    const float apparent = share * tuning->inductance_q;
+    const float incremental = square * apparent;
+    const float slope = -3.0f * incremental * square * tuning->knee * current.q; /* of the incremental one */
+    const float inductance_d = tuning->inductance_q - tuning->apart;
+    const float turned = tuning->flux_linkage - (incremental - inductance_d) * current.d;
+    const float least = FLUX_LEAST * tuning->flux_linkage;
+    const float per_turned = 1.0f / (turned > least ? turned : least);
+    const float t = bounds_clamp((apparent - inductance_d) * current.q * per_turned, ALONG_MAX);
+    const float less = incremental - inductance_d + slope * t * current.d; /* -dpsi_t/di_d along the line */
+    return (inductance_line_t){
+        .along = t,
+        .turned = turned > least ? turned : least,
+        .moved = (tuning->observed_q - inductance_d) * current.q,
+        .answer = share * (square * t + current.q * per_turned * less),
+    };
+}
+
+/* The dither's direction at this current; false: a salient rotor has too little of i_q to show L_q. */
 static bool turns_with(inductance_t *x, const inductance_input_t *input)
 {
-    const float apart = x->tuning.apart;
-    if (apart == 0.0f) {
+    if (x->tuning.apart == 0.0f) {
         x->flux = x->tuning.flux_linkage;
-        x->along = 0.0f;
+        x->line = (inductance_line_t){.turned = x->tuning.flux_linkage};
         return true;
     }
     x->flux = input->flux;
-    x->along = bounds_clamp(apart * input->current.q / input->flux, ALONG_MAX);
-    return !bounds_within(x->along, ALONG_MIN);
+    x->line = line_at(&x->tuning, input->current);
+    return !bounds_within(x->line.answer, ANSWER_LEAST);
 }
 
 /* Begins a cycle. false: the conditions for a result are not met. */
@@ -216,7 +259,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     if (x->follows == 0u) {
         x->swing.i_d = 0.0f;
         x->emf_mean.q = input->emf.q;
-        x->emf_mean.d = input->emf.d;
+        x->emf_mean.d = input->emf.d + input->omega_smooth * flux_beyond(&x->tuning, input->current.q);
         x->turned = 0.0f;
         x->theta = input->theta;
         x->mean = input->current;
@@ -269,7 +312,7 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
     const float miss =
         tuning->apart == 0.0f
             ? tuning->ratio * (per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) / omega - tuning->saliency)
-            : -0.5f * per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * x->along);
+            : -per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * x->line.answer);
     const float said = tuning->inductance_q + miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
@@ -354,11 +397,14 @@ static void end(inductance_t *x, float omega_smooth)
     look(x, said > 0.0f, learnt, bounds_magnitude(omega_smooth));
 }
 
-/* The voltage along d of a salient rotor whose active flux changes because the loop, and with it the current,
- * turns by this angle [rad] in a step: psi_a t d(turned)/dt [V]. */
-static float flux_change(const inductance_t *x, float turned)
+/* The voltage along d [V] with right data, while the loop is turned by x->turned, which was `before` at the
+ * last step: psi_t omega turned; and for a salient rotor, whose flux changes because the current turns with
+ * the loop, (L_q - L_d) i_q d(turned)/dt with the observer's L_q. */
+static float voltage_turned(const inductance_t *x, float before)
 {
-    return x->along != 0.0f ? x->flux * x->along * turned / x->tuning.time : 0.0f;
+    const inductance_line_t *line = &x->line;
+    const float turns = line->turned * x->omega * x->turned;
+    return line->moved != 0.0f ? turns + line->moved * (x->turned - before) / x->tuning.time : turns;
 }
 
 /* The part of the mean of i_q [A] that comes from a change of i_d from one step to the next [A]. The mean is
@@ -397,10 +443,10 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     const float t = later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step);
     const float given = wave_at(t);
     const float d = x->tuning.current * given;
-    x->dither =
-        (dq_t){d, x->along * d + x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
+    x->dither = (dq_t){d, x->line.along * d + x->swing.against_s * given +
+                              x->swing.against_c * wave_at(later(t, 0.5f))};
     const float i_d = input->current.d - x->mean.d;
-    const float i_q = input->current.q - x->mean.q - x->along * i_d - turned_part(x, i_d - x->swing.i_d);
+    const float i_q = input->current.q - x->mean.q - x->line.along * i_d - turned_part(x, i_d - x->swing.i_d);
     x->swing.i_d = i_d;
     const float e_q = input->emf.q - x->emf_mean.q;
     x->sum.emf += e_q * s;
@@ -413,9 +459,9 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->theta = input->theta;
     const float before = x->turned;
     x->turned = (1.0f - share) * (x->turned + moved);
-    x->emf_mean.d = lowpass_step(x->emf_mean.d, share, input->emf.d);
-    const float drop =
-        input->emf.d - x->emf_mean.d - x->flux * x->omega * x->turned - flux_change(x, x->turned - before);
+    const float e_d = input->emf.d + input->omega_smooth * flux_beyond(&x->tuning, input->current.q);
+    x->emf_mean.d = lowpass_step(x->emf_mean.d, share, e_d);
+    const float drop = e_d - x->emf_mean.d - voltage_turned(x, before);
     x->sum.drop += drop * s;
     x->sum.drop_c += drop * c;
     x->sum.detector += bounds_magnitude(input->detector);

@@ -51,8 +51,11 @@
  *
  *     e_d - psi_a (omega turned + t d(turned)/dt), per ampere in step: 2 omega t (assumed - true L_q)
  *
+ * If the q axis saturates, the whole curve psi_q(i_q) has one unknown factor, and the same law has psi_t in
+ * place of psi_a and another factor G (docs/theory.md, 24). L_q is then the one without current.
+ *
  * L_d then stays, and R is not learnt. Above L_q = 1.1 L_d without `salient_too`, and up to 1.5 L_d, the rate
- * is 0. One division more at each cycle's end, and one in each step. Does not handle: saturation. */
+ * is 0; so it is for a round rotor that saturates. Two divisions more in a cycle. */
 #ifndef MEDIUM_ADAPT_INDUCTANCE_H
 #define MEDIUM_ADAPT_INDUCTANCE_H
 
@@ -93,7 +96,9 @@
 
 typedef struct {
     float inductance_d;    /* assumed L_d [H], above 0 */
-    float inductance_q;    /* assumed L_q [H], above 0 */
+    float inductance_q;    /* assumed L_q without saturation [H], above 0 */
+    float observed_q;      /* constant L_q of the observer [H]: of the same curve */
+    float saturation;      /* I_s of the q axis [A]; 0: it does not saturate */
     float from;            /* L_q of the parameters [H], above 0 */
     float resistance;      /* assumed R [ohm], above 0 */
     float resistance_from; /* R of the parameters [ohm], above 0 */
@@ -118,9 +123,11 @@ typedef struct {
     inductance_wave_t wave[INDUCTANCE_FREQUENCIES];
     float rate;            /* initial rate [1/s]; 0 = off, and for a salient rotor */
     float from;            /* L_q of the parameters [H] */
-    float inductance_q;    /* L_q that the observer uses [H] */
+    float inductance_q;    /* assumed L_q, without saturation [H] */
+    float knee;            /* 1/I_s^2 [1/A^2]; 0: no saturation */
+    float observed_q;      /* constant L_q of the observer [H] */
     float saliency;        /* L_d - L_q of the assumed values [H] */
-    float apart;           /* L_q - L_d of a salient rotor; 0: of a round one [H] */
+    float apart;           /* L_q - L_d of a salient rotor, without saturation; 0: of a round one [H] */
     float ratio;           /* L_q/L_d [-] */
     float resistance;      /* R that the observer uses [ohm] */
     float resistance_from; /* R of the parameters [ohm] */
@@ -167,6 +174,15 @@ typedef struct {
     float i_d;       /* i_d of the last step, its mean subtracted [A] */
 } inductance_swing_t;
 
+/* The line of constant torque of a salient rotor, at the current at the beginning of a cycle; all zero for a
+ * round rotor, whose dither is i_d alone. */
+typedef struct {
+    float along;  /* t: i_q of the dither over its i_d [-] */
+    float turned; /* psi_t: change of the flux along q per angle of the loop; of a round rotor psi_f [Wb] */
+    float moved;  /* change of the flux along d per angle of the loop, in the observer's EMF [Wb] */
+    float answer; /* G: flux along q per ampere of i_d, over the error of L_q [-] */
+} inductance_line_t;
+
 typedef struct {
     inductance_tuning_t tuning;
     learnt_value_t learnt;     /* L_q [H] */
@@ -187,10 +203,10 @@ typedef struct {
     float theta;            /* at the last step [rad] */
     float turned;           /* high-pass of the loop's angle [rad] */
     float flux;             /* psi_a at the beginning; of a round rotor psi_f [Wb] */
-    float along;            /* t: i_q of the dither over its i_d at constant torque [-] */
-    dq_t emf_mean;          /* low-pass of the EMF [V] */
-    dq_t mean;              /* low-pass of the current [A] */
-    inductance_sums_t sum;  /* of the cycle */
+    inductance_line_t line;
+    dq_t emf_mean;         /* low-pass of the EMF [V] */
+    dq_t mean;             /* low-pass of the current [A] */
+    inductance_sums_t sum; /* of the cycle */
     inductance_swing_t swing;
     dq_t dither; /* to be added to the references until the next step [A] */
 } inductance_t;

@@ -208,8 +208,8 @@ static float flux_beyond(const inductance_tuning_t *tuning, float i_q)
 
 /* The line of constant torque of a salient rotor at this current. With D_a and D_i of the apparent and the
  * incremental L_q, T/(1.5 p) = psi_f i_q + L_d i_d i_q - psi_q i_d is constant along di_q = t di_d,
- * t = D_a i_q/psi_t, psi_t = psi_f - D_i i_d. */
-static inductance_line_t line_at(const inductance_tuning_t *tuning, dq_t current)
+ * t = D_a i_q/psi_t, psi_t = psi_f - D_i i_d; `flux` is psi_a, which contains the observer's L_q [Wb]. */
+static inductance_line_t line_at(const inductance_tuning_t *tuning, dq_t current, float flux)
 {
     const float share = share_at(tuning, current.q);
     const float square = share * share;
@@ -217,7 +217,7 @@ static inductance_line_t line_at(const inductance_tuning_t *tuning, dq_t current
     const float incremental = square * apparent;
     const float slope = -3.0f * incremental * square * tuning->knee * current.q; /* of the incremental one */
     const float inductance_d = tuning->inductance_q - tuning->apart;
-    const float turned = tuning->flux_linkage - (incremental - inductance_d) * current.d;
+    const float turned = flux - (incremental - tuning->observed_q) * current.d;
     const float least = FLUX_LEAST * tuning->flux_linkage;
     const float per_turned = 1.0f / (turned > least ? turned : least);
     const float t = bounds_clamp((apparent - inductance_d) * current.q * per_turned, ALONG_MAX);
@@ -239,7 +239,7 @@ static bool turns_with(inductance_t *x, const inductance_input_t *input)
         return true;
     }
     x->flux = input->flux;
-    x->line = line_at(&x->tuning, input->current);
+    x->line = line_at(&x->tuning, input->current, input->flux);
     return !bounds_within(x->line.answer, ANSWER_LEAST);
 }
 

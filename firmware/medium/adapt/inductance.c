@@ -60,9 +60,8 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .inductance_q = params->inductance_q,
         .knee = params->saturation > 0.0f ? 1.0f / (params->saturation * params->saturation) : 0.0f,
         .observed_q = params->observed_q,
-        .saliency = params->inductance_d - params->inductance_q,
-        .apart = params->salient ? params->inductance_q - params->inductance_d : 0.0f,
-        .ratio = params->inductance_q / params->inductance_d,
+        .inductance_d = params->inductance_d,
+        .ratio = params->salient ? 0.0f : params->inductance_q / params->inductance_d,
         .resistance = params->resistance,
         .resistance_from = params->resistance_from,
         .flux_linkage = params->flux_linkage,
@@ -144,7 +143,7 @@ static uint32_t frequency_at(float omega, bool torque)
 /* True if R still has to be learnt at this speed [rad/s]. */
 static bool looks_for_resistance(const inductance_t *x, float speed)
 {
-    return x->tuning.apart == 0.0f && speed < INDUCTANCE_R_SPEED_MAX &&
+    return x->tuning.ratio != 0.0f && speed < INDUCTANCE_R_SPEED_MAX &&
            x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
@@ -206,41 +205,39 @@ static float flux_beyond(const inductance_tuning_t *tuning, float i_q)
                                 : 0.0f;
 }
 
-/* The line of constant torque of a salient rotor at this current. With D_a and D_i of the apparent and the
- * incremental L_q, T/(1.5 p) = psi_f i_q + L_d i_d i_q - psi_q i_d is constant along di_q = t di_d,
- * t = D_a i_q/psi_t, psi_t = psi_f - D_i i_d; `flux` is psi_a, which contains the observer's L_q [Wb]. */
-static inductance_line_t line_at(const inductance_tuning_t *tuning, dq_t current, float flux)
+/* Change of the flux along q per ampere of i_d, in the line of constant torque and at this current, over the
+ * error of L_q [-]. */
+static float answer_at(const inductance_t *x, dq_t current)
 {
+    const inductance_tuning_t *tuning = &x->tuning;
     const float share = share_at(tuning, current.q);
     const float square = share * share;
-    const float apparent = share * tuning->inductance_q;
-    const float incremental = square * apparent;
+    const float incremental = square * share * tuning->inductance_q;
     const float slope = -3.0f * incremental * square * tuning->knee * current.q; /* of the incremental one */
-    const float inductance_d = tuning->inductance_q - tuning->apart;
-    const float turned = flux - (incremental - tuning->observed_q) * current.d;
-    const float least = FLUX_LEAST * tuning->flux_linkage;
-    const float per_turned = 1.0f / (turned > least ? turned : least);
-    const float t = bounds_clamp((apparent - inductance_d) * current.q * per_turned, ALONG_MAX);
-    const float less = incremental - inductance_d + slope * t * current.d; /* -dpsi_t/di_d along the line */
-    return (inductance_line_t){
-        .along = t,
-        .turned = turned > least ? turned : least,
-        .moved = (tuning->observed_q - inductance_d) * current.q,
-        .answer = share * (square * t + current.q * per_turned * less),
-    };
+    const float less = incremental - tuning->inductance_d + slope * x->along * current.d;
+    return share * (square * x->along + current.q * less / x->flux);
 }
 
-/* The dither's direction at this current; false: a salient rotor has too little of i_q to show L_q. */
+/* The line of constant torque at this current; false: a salient rotor has too little of i_q to show L_q. With
+ * D_a and D_i of the apparent and the incremental L_q, T/(1.5 p) = psi_f i_q + L_d i_d i_q - psi_q i_d is
+ * constant along di_q = t di_d, t = D_a i_q/psi_t, psi_t = psi_f - D_i i_d. */
 static bool turns_with(inductance_t *x, const inductance_input_t *input)
 {
-    if (x->tuning.apart == 0.0f) {
-        x->flux = x->tuning.flux_linkage;
-        x->line = (inductance_line_t){.turned = x->tuning.flux_linkage};
+    const inductance_tuning_t *tuning = &x->tuning;
+    if (tuning->ratio != 0.0f) {
+        x->flux = tuning->flux_linkage;
+        x->along = 0.0f;
         return true;
     }
-    x->flux = input->flux;
-    x->line = line_at(&x->tuning, input->current, input->flux);
-    return !bounds_within(x->line.answer, ANSWER_LEAST);
+    const float i_q = input->current.q;
+    const float share = share_at(tuning, i_q);
+    const float apparent = share * tuning->inductance_q;
+    /* psi_a contains the observer's L_q */
+    const float flux = input->flux - (share * share * apparent - tuning->observed_q) * input->current.d;
+    const float least = FLUX_LEAST * tuning->flux_linkage;
+    x->flux = flux > least ? flux : least;
+    x->along = bounds_clamp((apparent - tuning->inductance_d) * i_q / x->flux, ALONG_MAX);
+    return !bounds_within(answer_at(x, input->current), ANSWER_LEAST);
 }
 
 /* Begins a cycle. false: the conditions for a result are not met. */
@@ -310,9 +307,10 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
     }
     const inductance_tuning_t *tuning = &x->tuning;
     const float miss =
-        tuning->apart == 0.0f
-            ? tuning->ratio * (per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) / omega - tuning->saliency)
-            : -per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * x->line.answer);
+        tuning->ratio != 0.0f
+            ? tuning->ratio * (per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) / omega -
+                               (tuning->inductance_d - tuning->inductance_q))
+            : -per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * answer_at(x, x->mean));
     const float said = tuning->inductance_q + miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
@@ -342,7 +340,7 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
 {
     const float share = *rate * time;
     const float next = lowpass_step(learnt->value, share < SHARE_MAX ? share : SHARE_MAX, said);
-    const float least = (tuning->apart > 0.0f ? INDUCTANCE_SALIENT_MIN : INDUCTANCE_MIN) * learnt->from;
+    const float least = (tuning->ratio == 0.0f ? INDUCTANCE_SALIENT_MIN : INDUCTANCE_MIN) * learnt->from;
     const float most = INDUCTANCE_MAX * learnt->from;
     learnt->value = next < most ? (next > least ? next : least) : most;
     *rate = gain_step(*rate, tuning->rate, time);
@@ -383,7 +381,7 @@ static void end(inductance_t *x, float omega_smooth)
         const inductance_tuning_t *tuning = &x->tuning;
         const float time = (float)wave->steps * tuning->time;
         oppose(x, wave);
-        if (tuning->apart == 0.0f && steady == STEADY && x->voltage_known != 0u &&
+        if (tuning->ratio != 0.0f && steady == STEADY && x->voltage_known != 0u &&
             bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
             learnt = true;
@@ -402,9 +400,13 @@ static void end(inductance_t *x, float omega_smooth)
  * the loop, (L_q - L_d) i_q d(turned)/dt with the observer's L_q. */
 static float voltage_turned(const inductance_t *x, float before)
 {
-    const inductance_line_t *line = &x->line;
-    const float turns = line->turned * x->omega * x->turned;
-    return line->moved != 0.0f ? turns + line->moved * (x->turned - before) / x->tuning.time : turns;
+    const inductance_tuning_t *tuning = &x->tuning;
+    const float turns = x->flux * x->omega * x->turned;
+    if (x->along == 0.0f) {
+        return turns;
+    }
+    const float moved = (tuning->observed_q - tuning->inductance_d) * x->mean.q;
+    return turns + moved * (x->turned - before) / tuning->time;
 }
 
 /* The part of the mean of i_q [A] that comes from a change of i_d from one step to the next [A]. The mean is
@@ -443,10 +445,10 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     const float t = later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step);
     const float given = wave_at(t);
     const float d = x->tuning.current * given;
-    x->dither = (dq_t){d, x->line.along * d + x->swing.against_s * given +
-                              x->swing.against_c * wave_at(later(t, 0.5f))};
+    x->dither =
+        (dq_t){d, x->along * d + x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
     const float i_d = input->current.d - x->mean.d;
-    const float i_q = input->current.q - x->mean.q - x->line.along * i_d - turned_part(x, i_d - x->swing.i_d);
+    const float i_q = input->current.q - x->mean.q - x->along * i_d - turned_part(x, i_d - x->swing.i_d);
     x->swing.i_d = i_d;
     const float e_q = input->emf.q - x->emf_mean.q;
     x->sum.emf += e_q * s;

@@ -126,9 +126,8 @@ typedef struct {
     float inductance_q;    /* assumed L_q, without saturation [H] */
     float knee;            /* 1/I_s^2 [1/A^2]; 0: no saturation */
     float observed_q;      /* constant L_q of the observer [H] */
-    float saliency;        /* L_d - L_q of the assumed values [H] */
-    float apart;           /* L_q - L_d of a salient rotor, without saturation; 0: of a round one [H] */
-    float ratio;           /* L_q/L_d [-] */
+    float inductance_d;    /* assumed L_d [H] */
+    float ratio;           /* L_q/L_d of a round rotor; 0: the rotor is salient [-] */
     float resistance;      /* R that the observer uses [ohm] */
     float resistance_from; /* R of the parameters [ohm] */
     float flux_linkage;    /* psi_f [Wb] */
@@ -174,15 +173,6 @@ typedef struct {
     float i_d;       /* i_d of the last step, its mean subtracted [A] */
 } inductance_swing_t;
 
-/* The line of constant torque of a salient rotor, at the current at the beginning of a cycle; all zero for a
- * round rotor, whose dither is i_d alone. */
-typedef struct {
-    float along;  /* t: i_q of the dither over its i_d [-] */
-    float turned; /* psi_t: change of the flux along q per angle of the loop; of a round rotor psi_f [Wb] */
-    float moved;  /* change of the flux along d per angle of the loop, in the observer's EMF [Wb] */
-    float answer; /* G: flux along q per ampere of i_d, over the error of L_q [-] */
-} inductance_line_t;
-
 typedef struct {
     inductance_tuning_t tuning;
     learnt_value_t learnt;     /* L_q [H] */
@@ -202,11 +192,11 @@ typedef struct {
     float omega;            /* at the beginning [rad/s] */
     float theta;            /* at the last step [rad] */
     float turned;           /* high-pass of the loop's angle [rad] */
-    float flux;             /* psi_a at the beginning; of a round rotor psi_f [Wb] */
-    inductance_line_t line;
-    dq_t emf_mean;         /* low-pass of the EMF [V] */
-    dq_t mean;             /* low-pass of the current [A] */
-    inductance_sums_t sum; /* of the cycle */
+    float flux;             /* change of the flux along q per angle of the loop, at the beginning [Wb] */
+    float along;            /* t: i_q of the dither over its i_d at constant torque [-] */
+    dq_t emf_mean;          /* low-pass of the EMF [V] */
+    dq_t mean;              /* low-pass of the current [A] */
+    inductance_sums_t sum;  /* of the cycle */
     inductance_swing_t swing;
     dq_t dither; /* to be added to the references until the next step [A] */
 } inductance_t;

@@ -44,7 +44,7 @@
 assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
 {
     assumed_t assumed = params_configured(params);
-    const bool stays = params_salient(&assumed) || params->motor_saturation_current > 0.0f;
+    const bool stays = params_salient(&assumed) || assumed.bend != 0.0f;
     if (learnt->resistance.from == assumed.resistance) {
         assumed.resistance = learnt->resistance.value;
     }
@@ -53,7 +53,10 @@ assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
          * time for a salient rotor */
         const float ratio = params->motor_inductance_d / params->motor_inductance_q;
         assumed.inductance_d = stays ? assumed.inductance_d : ratio * learnt->inductance_q.value;
-        assumed.inductance_q = params_saturation_share(params) * learnt->inductance_q.value;
+        assumed.inductance_q = learnt->inductance_q.value;
+        if (assumed.bend != 0.0f) {
+            assumed.inductance_q *= params_saturation_share(params);
+        }
     }
     if (learnt->inertia.from == params->motor_inertia) {
         assumed.inertia = learnt->inertia.value;

@@ -395,18 +395,22 @@ static void end(inductance_t *x, float omega_smooth)
     look(x, said > 0.0f, learnt, bounds_magnitude(omega_smooth));
 }
 
-/* The voltage along d [V] with right data, while the loop is turned by x->turned, which was `before` at the
- * last step: psi_t omega turned; and for a salient rotor, whose flux changes because the current turns with
- * the loop, (L_q - L_d) i_q d(turned)/dt with the observer's L_q. */
-static float voltage_turned(const inductance_t *x, float before)
+/* Takes the EMF along d [V] into its low-pass; the rest of it [V]. */
+static float beyond_mean(inductance_t *x, float e_d)
+{
+    x->emf_mean.d = lowpass_step(x->emf_mean.d, x->tuning.mean_share, e_d);
+    return e_d - x->emf_mean.d;
+}
+
+/* The high-passed voltage along d of a salient rotor [V], without that of the flux that the observer's L_q
+ * does not have, and without (L_q - L_d) i_q d(turned)/dt: its flux changes because the current turns with
+ * the loop, by which x->turned was `before` at the last step. */
+static float salient_drop(inductance_t *x, const inductance_input_t *input, float before)
 {
     const inductance_tuning_t *tuning = &x->tuning;
-    const float turns = x->flux * x->omega * x->turned;
-    if (x->along == 0.0f) {
-        return turns;
-    }
+    const float known = input->omega_smooth * flux_beyond(tuning, input->current.q);
     const float moved = (tuning->observed_q - tuning->inductance_d) * x->mean.q;
-    return turns + moved * (x->turned - before) / tuning->time;
+    return beyond_mean(x, input->emf.d + known) - moved * (x->turned - before) / tuning->time;
 }
 
 /* The part of the mean of i_q [A] that comes from a change of i_d from one step to the next [A]. The mean is
@@ -461,9 +465,8 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->theta = input->theta;
     const float before = x->turned;
     x->turned = (1.0f - share) * (x->turned + moved);
-    const float e_d = input->emf.d + input->omega_smooth * flux_beyond(&x->tuning, input->current.q);
-    x->emf_mean.d = lowpass_step(x->emf_mean.d, share, e_d);
-    const float drop = e_d - x->emf_mean.d - voltage_turned(x, before);
+    const float e_d = x->along == 0.0f ? beyond_mean(x, input->emf.d) : salient_drop(x, input, before);
+    const float drop = e_d - x->flux * x->omega * x->turned;
     x->sum.drop += drop * s;
     x->sum.drop_c += drop * c;
     x->sum.detector += bounds_magnitude(input->detector);

@@ -136,6 +136,9 @@ static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *in
     if (!rearmed(sequence)) {
         return REASON_FAULT_PRESENT;
     }
+    if ((input->measured->flags & DRIVE_SAMPLE_LATE) != 0u) {
+        return REASON_LATE; /* with the bridge on, currents would grow in the periods without an interrupt */
+    }
     if (input->measured->u_dc < sequence->tuning.dc_undervoltage) {
         return REASON_DC_UNDERVOLTAGE;
     }

@@ -333,10 +333,12 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
         .period = DRIVE_PERIOD,
     };
     tuning->medium.current_watch = current_watch_prepare(&current);
+    const float l_d = current.inductance_d;
+    const float l_q = params->motor_inductance_q;
     const still_watch_params_t still = {
         .range = current.range,
-        .inductance = current.inductance_d > params->motor_inductance_q ? current.inductance_d
-                                                                        : params->motor_inductance_q,
+        .inductance = l_d > l_q ? l_d : l_q,
+        .gain = params->current_bandwidth * (l_d < l_q ? l_d : l_q),
         .dead_time = current.dead_time,
         .drop = current.drop,
         .period = current.period,

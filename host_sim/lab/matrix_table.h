@@ -182,11 +182,6 @@
  * is reported in the next one, and the gates are off a period later. */
 #define STUCK_WINDOWS ((double)(3u * DRIVE_WINDOW + 1u) * (double)DRIVE_PERIOD)
 
-/* Periods from `enable` to the end of its window and of the next one, and until the gates are on; then three
- * late periods, and the one in which the gates go off. Each counts twice, because every second interrupt is
- * missing. */
-#define COMING_ON      4u /* [periods] until the samples show the gates on: FAST_ON of the firmware */
-#define LATE_COMING_ON (2.0 * (double)(2u * DRIVE_WINDOW + COMING_ON + 3u + 1u) * (double)DRIVE_PERIOD)
 #define LIMIT    PROMISED_CURRENT
 
 #define FOLLOWS MATRIX_FOLLOWS
@@ -377,7 +372,7 @@
     P(DC_STUCK_LOW,     AT(OFF),    BOTH, REFUSES, "dc_undervoltage", AT_ONCE, LIMIT, OUT, "") \
     \
     P(LATE,             EVERYWHERE, BOTH, OPENS, "late", AT_ONCE, LIMIT, OUT, "") \
-    P(LATE,             AT(OFF),    BOTH, OPENS, "late", LATE_COMING_ON, LIMIT, OUT, "the gates come on first") \
+    P(LATE,             AT(OFF),    BOTH, REFUSES, "late", AT_ONCE, LIMIT, OUT, "") \
     P(MISSING_SAMPLE,   EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(MISSING_SAMPLES,  EVERYWHERE, BOTH, RIDES | CATCHES | OPENS, "late", ANY_TIME, LIMIT, FOLLOWS | OUT, "the last voltage stays for 1 ms, in which only the power module can act") \
     P(MISSING_SAMPLES,  AT(OFF),    BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
@@ -402,8 +397,7 @@
  * N("fault/manoeuvre/source/shaft", "what is seen instead, and why")
  *   Cells that do not keep their promise yet. Remove the row of a cell that passes. */
 
-#define MATRIX_NOT_YET(N) \
-    N("offset_a/catch/encoder/h", "a current that control keeps at zero with a wrong offset is named current_stuck after seconds")
+#define MATRIX_NOT_YET(N)
 /* clang-format on */
 
 /* Index of each fault and manoeuvre. */

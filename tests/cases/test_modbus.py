@@ -98,8 +98,11 @@ class Modbus(stuck.TestCase):
     def read(self, name, form=">i"):
         # A simulated drive that runs late on a busy machine may receive two frames without the silence between them. It answers neither,
         # and a master repeats its request.
-        request = (READ, *struct.pack(">HH", 2 * ID[name], 2))
-        answer = next((found for found in (self.ask(*request) for _ in range(3)) if found is not None), b"")
+        for _ in range(3):
+            answer = self.ask(READ, *struct.pack(">HH", 2 * ID[name], 2))
+            if answer is not None:
+                break
+        self.assertIsNotNone(answer, name)
         self.assertEqual(bytes((READ, 4)), answer[:2])
         return struct.unpack(form, answer[2:])[0]
 

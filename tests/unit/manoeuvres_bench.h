@@ -36,6 +36,7 @@ static struct {
     bool blocked;           /* the shaft is held */
     double detector;        /* [-] reading of the detector of the loop's error */
     uint32_t coasts;        /* [periods] in each window for which the loop coasts; its detector is 0 then */
+    double wrong_r;         /* [ohm] by which the configured R is too large */
     double astray;          /* [rad/s] electrical speed of a loop that has left the rotor; 0: it follows */
     double complex current; /* [A] */
 } machine;
@@ -138,7 +139,8 @@ static inline frame_t true_frame(void)
 
 static inline void observe(void)
 {
-    const double complex emf = J * POLE_PAIRS * machine.omega_m * PSI * cexp(J * machine.theta);
+    const double complex emf =
+        J * POLE_PAIRS * machine.omega_m * PSI * cexp(J * machine.theta) - machine.wrong_r * machine.current;
     estimate.emf = to_ab(emf);
     estimate.amplitude = (float)cabs(emf);
     if (fast.tracking != 0u) {

@@ -35,7 +35,7 @@ static uint32_t order; /* order of the last window */
 
 /* The state that the state machine must have, in each of the quantities that show it. */
 static struct {
-    bool fault_line, tripped, undervoltage, feeding, standing, not_enabled, brake_free;
+    bool fault_line, tripped, late, undervoltage, feeding, standing, not_enabled, brake_free;
 } is;
 static measured_t measured;
 static bridge_t bridge; /* state of the bridge in the fast task */
@@ -61,7 +61,7 @@ void setUp(void)
 static inline void steps(uint32_t count)
 {
     measured.flags = (is.tripped ? DRIVE_SAMPLE_TRIPPED : 0u) |
-                     (is.fault_line ? DRIVE_SAMPLE_FAULT_LINE : 0u) |
+                     (is.fault_line ? DRIVE_SAMPLE_FAULT_LINE : 0u) | (is.late ? DRIVE_SAMPLE_LATE : 0u) |
                      (is.not_enabled ? DRIVE_SAMPLE_NOT_ENABLED : 0u);
     measured.u_dc = is.undervoltage ? 0.999f * UNDERVOLTAGE : UNDERVOLTAGE;
     measured.current = (ab_t){(is.feeding ? 0.61f : 0.59f) * FEEDING, -0.8f * FEEDING};

@@ -189,6 +189,37 @@ static void test_a_value_that_stays_is_stuck_and_near_zero_sooner_where_much_mus
     }
 }
 
+/* Two legs that are compensated with the wrong sign make (2 2 + 2)/3 of the loss of a leg, 2 (7.5 V + 0.9 V)
+ * = 16.8 V along phase a. A sensor with an offset of 0.6 A shows a constant value for as long as this voltage
+ * holds the current at zero. 18 V exceed it by 22 mA in a window, less 0.6 A R and R/2, and 40 V by 1.4 A. A
+ * sound value varies if the noise is one code, 9.77 mA: then 18 V, 0.9 A, are sufficient. */
+static void test_a_value_that_the_dead_time_may_hold_with_an_offset_is_not_stuck(void)
+{
+    static const struct {
+        float volts, a, scatter; /* [V]; [A]; [A^2] in the calibration */
+        uint32_t seen, windows;  /* the windows that the test lasts */
+    } cases[] = {{16.7f, 0.6f, 0.0f, 0u, 200u},
+                 {16.7f, -0.6f, 0.0f, 0u, 200u},
+                 {40.0f, 0.6f, 0.0f, CURRENT_WATCH_STUCK, 8u},
+                 {18.0f, 0.6f, 0.0f, 0u, 12u},
+                 {18.0f, 0.6f, 9.0e-5f, 0u, 12u},
+                 {18.0f, 0.6f, 1.0e-4f, CURRENT_WATCH_STUCK, 12u},
+                 {18.0f, 0.1f, 0.0f, CURRENT_WATCH_STUCK, 12u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        scatter = cases[n].scatter;
+        for (uint32_t k = 0; k < (2u + cases[n].windows) * WINDOW; k++) {
+            const float a = k < 2u * WINDOW ? 0.01f * (float)(k & 1u) : cases[n].a;
+            const float b = -0.5f * a + 0.02f * (float)(k % 3u);
+            const float held = k < 2u * WINDOW ? 0.0f : cases[n].a > 0.0f ? cases[n].volts : -cases[n].volts;
+            judge((ab_t){held, 0.0f}, (abc_t){a, b, -a - b}, (ab_t){0.0f, 0.0f});
+        }
+        char text[16];
+        (void)snprintf(text, sizeof text, "case %u", (unsigned)n);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(cases[n].seen, seen, text);
+    }
+}
+
 /* The current is 8 A; then a sensor shows 0, or a wire carries no current, with a code of noise. The error
  * of the observer is 8 A; its limit is 15 % of the range, 3 A. The sensor is suspected within two periods
  * and reported after six periods without a change; the wire is not. 100 V are 0.8 A per period. */

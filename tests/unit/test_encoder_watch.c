@@ -464,6 +464,29 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
     }
 }
 
+/* An open wire adds a voltage along the axis of its phase, with the cosine of the rotor's angle. psi_f is
+ * configured a third too large: 44 V less 33 V of the true EMF are the error of the difference. At first it
+ * is beside 100 V, which are 6 degrees, and after half a turn beside 40 V, 15 degrees. The currents are too
+ * small to show a wire. The difference that returns to its axis is no wrong encoder. */
+static void test_a_wire_returns_to_its_axis_with_a_wrong_psi(void)
+{
+    encoder_watch_params_t params = usual(0.0, 0.0f);
+    params.unseen = 100.0f;
+    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    for (int n = 0; n < 6; n++) {
+        setUp();
+        encoder_watch_take(&watch, &tuning);
+        rotor = encoder = PI / 3.0 * n;
+        const double axis = PI * 2.0 / 3.0 * (n % 3);
+        for (int k = 0; k < 1000; k++) {
+            const double volts = (k < 20 ? 100.0 : 40.0) * cos(rotor - axis);
+            encoder_watch_add(&watch,
+                              (ab_t){(float)(EVERY * volts * cos(axis)), (float)(EVERY * volts * sin(axis))});
+            TEST_ASSERT_EQUAL_HEX32(0u, judge(240.0, 0.75, 240.0) & ~ENCODER_WATCH_WIRE);
+        }
+    }
+}
+
 /* The EMF of a window has noise of 8 V rms, since its ends are two measured currents: the 40 V of an open
  * wire are up to 36 degrees beside their axis in single windows. The rotor hardly turns, with its q axis
  * perpendicular to the phase. The mean difference remains on the axis: after half a second the broken wire

@@ -33,23 +33,59 @@ static double told(double hertz, double share, double rate, double most)
     return 0.0;
 }
 
-/* The watch needs three blocks of 16 half-waves, and one block in which the filters settle. A swing that
- * grows by a factor of e in 0.35 s is reported before it is large. A swing does not count if it is small
- * and constant or decreasing, if it is slower than the speed loop, or if it is beyond the band. */
+/* A sustained swing needs 24 waves in succession, of which the filters may shorten the first, and the time in
+ * which they settle. A swing that grows needs a wave that gives the length, a first block of two waves and
+ * four steps of growth. A step takes the time t in which exp(rate t) is 1.1, rounded up to blocks. A swing
+ * does not count if it is small and constant or decreasing, if a step takes longer than 32 waves (0.38 s at
+ * 85 Hz), if it is slower than the speed loop, or if it is beyond the band. */
 static void test_an_oscillation_is_reported_if_it_is_large_or_grows(void)
 {
     static const struct {
         /* Earliest and latest time of the report [s]; 0: never. */
         double hertz, share, rate, earliest, latest;
-    } cases[] = {
-        {15.0, 0.25, 0.0, 0.0, 2.24},  {30.0, 0.25, 0.0, 0.0, 1.12},        {50.0, 0.25, 0.0, 0.0, 0.672},
-        {85.0, 0.25, 0.0, 0.0, 0.395}, {85.0, 0.003, 1.0 / 0.35, 0.2, 0.8}, {75.0, 0.04, 0.0, 0.0, 0.0},
-        {75.0, 0.09, -2.0, 0.0, 0.0},  {5.0, 0.3, 0.0, 0.0, 0.0},           {400.0, 0.3, 0.0, 0.0, 0.0}};
+    } cases[] = {{15.0, 0.25, 0.0, 23.0 / 15.0, 2.24},
+                 {30.0, 0.25, 0.0, 23.0 / 30.0, 1.12},
+                 {50.0, 0.25, 0.0, 23.0 / 50.0, 0.672},
+                 {85.0, 0.25, 0.0, 23.0 / 85.0, 0.395},
+                 {85.0, 0.003, 1.0 / 0.35, 0.2, 0.5}, /* above 0.5 % behind the filters from 0.34 s on */
+                 {85.0, 0.01, 0.65, 4.0 * 0.1466, 4.0 * 0.1466 + 8.0 * 2.0 / 85.0 + 0.05},
+                 {26.0, 0.01, 2.2, 4.0 * 0.0433, 11.0 / 26.0 + 0.05},
+                 {85.0, 0.02, 0.15, 0.0, 0.0},
+                 {75.0, 0.04, 0.0, 0.0, 0.0},
+                 {75.0, 0.09, -2.0, 0.0, 0.0},
+                 {5.0, 0.3, 0.0, 0.0, 0.0},
+                 {400.0, 0.3, 0.0, 0.0, 0.0}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
         const double after = told(cases[n].hertz, cases[n].share, cases[n].rate, 5.0);
+
         TEST_ASSERT_TRUE(cases[n].latest == 0.0 ? after == 0.0
                                                 : after > cases[n].earliest && after < cases[n].latest);
+    }
+}
+
+/* A load that rises by a tenth of the limit in a second moves the half-waves apart, not the waves. */
+static void test_a_growth_is_reported_on_a_torque_that_changes(void)
+{
+    bool found = false;
+    for (double t = 0.0; t < 1.0; t += STEP) {
+        const double swing = 0.01 * LIMIT * exp(2.2 * t) * sin(6.2831853 * 26.0 * t);
+        const float i_q_ref = (float)(1.0 + 0.1 * LIMIT * t + swing);
+        found = oscillation_watch_step(&watch, i_q_ref, (float)reference) || found;
+    }
+    TEST_ASSERT_TRUE(found);
+}
+
+/* The ripple of a rotor that loses its speed: its frequency falls from 75 to 25 Hz within 0.3 s, and
+ * the amplitude triples as it does near a resonance. It takes 0.09 s to the first wave that is longer by a
+ * fifth; within this time the amplitude grows by 1.39, less than four steps. */
+static void test_a_ripple_that_follows_the_speed_is_not_an_oscillation(void)
+{
+    double phase = 0.0;
+    for (double t = 0.0; t < 0.3; t += STEP) {
+        phase += STEP * 6.2831853 * (75.0 - 50.0 / 0.3 * t);
+        const double swing = 0.01 * LIMIT * exp(3.66 * t) * sin(phase);
+        TEST_ASSERT_FALSE(oscillation_watch_step(&watch, (float)(1.0 + swing), (float)reference));
     }
 }
 
@@ -64,7 +100,7 @@ static void test_noise_is_not_an_oscillation(void)
 
 static void test_a_change_of_the_speed_reference_and_a_rest_begin_again(void)
 {
-    for (int n = 0; n < 20; n++) { /* 48 half-waves of 50 Hz take 0.48 s */
+    for (int n = 0; n < 20; n++) { /* 24 waves of 50 Hz take 0.48 s */
         reference += 1.0;
         TEST_ASSERT_EQUAL_DOUBLE(0.0, told(50.0, 0.25, 0.0, 0.4));
     }

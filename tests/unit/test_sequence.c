@@ -51,6 +51,7 @@ static void test_on_is_refused_with_the_reason(void)
 {
     from(DRIVE_READY);
     is.fault_line = true;
+    is.late = true;
     is.undervoltage = true;
     is.feeding = true;
     expect_refusal(REQUEST_OFF, REASON_NONE);
@@ -60,6 +61,8 @@ static void test_on_is_refused_with_the_reason(void)
     for (uint32_t n = 1; n < REARM; n++) {
         expect_refused(REASON_FAULT_PRESENT);
     }
+    expect_refused(REASON_LATE);
+    is.late = false;
     expect_refused(REASON_DC_UNDERVOLTAGE);
     is.undervoltage = false;
     expect_refused(REASON_ROTOR_TOO_FAST);

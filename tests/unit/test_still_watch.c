@@ -14,12 +14,14 @@ static float u_dc;    /* [V] */
 static ab_t voltage;  /* [V] voltage that acts */
 static float omega_e; /* [rad/s] */
 static float apart;   /* [A] sum of the three values */
+static float gain;    /* [ohm] of the current control */
 
 /* With 12 mH, 2/3 of 72 V changes the current by 0.4 A in 100 us, 2 % of the range. */
 static still_watch_tuning_t prepared(bool three_sensors, bool judged)
 {
     const still_watch_params_t params = {.range = RANGE,
                                          .inductance = 12e-3f,
+                                         .gain = gain,
                                          .dead_time = 2e-6f,
                                          .drop = 1.0f,
                                          .period = 1e-4f,
@@ -35,6 +37,7 @@ void setUp(void)
     voltage = (ab_t){0.0f, 0.0f};
     omega_e = 0.0f;
     apart = 0.0f;
+    gain = 1000.0f;
     watch = (still_watch_t){.still = {0u, 0u, 0u}};
     tuning = prepared(false, true);
 }
@@ -93,6 +96,28 @@ static void test_a_constant_value_that_differs_from_the_request_is_stuck(void)
     }
 }
 
+/* A leg loses 2 us/100 us 311 V + 1 V = 7.22 V. If the leg of phase a and that of the computed current c are
+ * compensated with the wrong sign, the voltage of phase a is wrong by (2 2 + 2)/3 7.22 V = 14.44 V. The
+ * gain of the control is 6 ohm: it makes this voltage with a difference of 2.41 A, or of 1.02 A with 103 V.
+ * An offset below 0.15 A reverses no sign; there 1 A, or 3 A with a phase without current, remain the limit.
+ */
+static void test_a_value_that_the_dead_time_may_hold_with_an_offset_is_not_stuck(void)
+{
+    static const struct {
+        float a, miss, link; /* [A], [V] */
+        unsigned after;      /* [periods]; 0: never */
+    } cases[] = {{1.8f, -2.35f, 311.0f, 0u}, {1.8f, -2.45f, 311.0f, 7u}, {-1.8f, 2.35f, 311.0f, 0u},
+                 {-1.8f, 2.45f, 311.0f, 7u}, {1.8f, -1.01f, 103.0f, 0u}, {1.8f, -1.05f, 103.0f, 7u},
+                 {0.14f, 2.9f, 311.0f, 0u},  {0.14f, 3.1f, 311.0f, 9u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        gain = 6.0f;
+        u_dc = cases[n].link;
+        tuning = prepared(false, true);
+        TEST_ASSERT_EQUAL_UINT(cases[n].after, stuck_after(cases[n].a, -20.0f, cases[n].miss, 12u));
+    }
+}
+
 /* A stuck value makes the sum of three sensors different from zero by its error. At 1 A from the request,
  * half of it decides. Two sensors have no sum. */
 static void test_three_values_that_add_up_to_zero_are_not_stuck(void)
@@ -131,8 +156,8 @@ static void test_a_step_of_the_reference_is_not_a_stuck_sensor(void)
 }
 
 /* Sensor a stays at the reference, and in the second of three periods the voltage of its phase jumps by
- * `jump` [V]. 2 A in 12 mH need 240 V periods. The loss of three legs, twice with the other sign, is 16/3
- * of (2 us/100 us 311 V + 1 V), 38.5 V: together 279 V, 139.3 V in each of two periods. A rotor at 500
+ * `jump` [V]. 0.4 A in 12 mH need 48 V periods. The loss of three legs, twice with the other sign, is 16/3
+ * of (2 us/100 us 311 V + 1 V), 38.5 V: together 86.5 V, 43.3 V in each of two periods. A rotor at 500
  * rad/s with 100 V before the jump adds 3 x 0.05 x 100 V, 7.5 V in each period. */
 static unsigned pushed_after(float a, float b, float jump, float before)
 {
@@ -153,10 +178,10 @@ static void test_a_value_that_stays_while_its_voltage_jumps_is_stuck(void)
     static const struct {
         float a, b, jump, before, omega_e; /* [A], [V], [rad/s] */
         unsigned after;                    /* [periods]; 0: never */
-    } cases[] = {{0.3f, -2.0f, 140.0f, 5.0f, 0.0f, 3u},     {0.3f, -2.0f, -140.0f, -5.0f, 0.0f, 3u},
-                 {0.3f, -2.0f, 138.0f, 5.0f, 0.0f, 0u},     {0.1f, -2.0f, 140.0f, 5.0f, 0.0f, 8u},
-                 {0.3f, -2.0f, 148.0f, 100.0f, 500.0f, 3u}, {0.3f, -2.0f, 146.0f, 100.0f, 500.0f, 0u},
-                 {0.3f, -2.0f, 146.0f, 100.0f, 0.0f, 3u},   {0.3f, -2.0f, -148.0f, 100.0f, -500.0f, 3u}};
+    } cases[] = {{0.3f, -2.0f, 44.0f, 5.0f, 0.0f, 3u},     {0.3f, -2.0f, -44.0f, -5.0f, 0.0f, 3u},
+                 {0.3f, -2.0f, 42.0f, 5.0f, 0.0f, 0u},     {0.1f, -2.0f, 44.0f, 5.0f, 0.0f, 8u},
+                 {0.3f, -2.0f, 52.0f, 100.0f, 500.0f, 3u}, {0.3f, -2.0f, 50.0f, 100.0f, 500.0f, 0u},
+                 {0.3f, -2.0f, 50.0f, 100.0f, 0.0f, 3u},   {0.3f, -2.0f, -52.0f, 100.0f, -500.0f, 3u}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
         omega_e = cases[n].omega_e;

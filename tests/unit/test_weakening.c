@@ -194,3 +194,19 @@ static void test_the_trim_brings_the_voltage_to_its_share(void)
     }
     TEST_ASSERT_EQUAL_FLOAT(-0.2f, weakening.trim);
 }
+
+/* At 1400 rad/s 150 V permit 107 mWb: the configured 100 mWb need no weakening, the true 120 mWb do. The
+ * requested voltage alone shows it, 168 V. */
+static void test_the_voltage_alone_begins_the_weakening(void)
+{
+    begin(2.0, 0.0);
+    double asked = 0.0;
+    float i_d = 0.0f;
+    for (int k = 0; k < 400; k++) {
+        asked = 1400.0 * (1.2 * FLUX + l_d * (double)i_d);
+        weakening_look(&weakening, (float)U_DC, 1400.0f, (dq_t){0.0f, (float)asked});
+        i_d = weakening_i_d(&weakening, 0.0f, 0.0f, 1400.0f);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * USE * U_DC, USE * U_DC, asked);
+    TEST_ASSERT_TRUE(i_d < -1.0f);
+}

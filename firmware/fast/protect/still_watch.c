@@ -3,12 +3,8 @@
 #include "math/winding.h"
 
 #define OFF_SHARE  0.05f   /* [-] of the range */
-#define FAR_SHARE  0.15f   /* [-] of the range */
 #define NONE_SHARE 0.0075f /* [-] of the range: largest value of a phase without current */
-#define PUSH_SHARE 0.1f    /* [-] of the range: current that a jump of the voltage would have changed */
-/* The largest change of the dead time's loss: the loss of three legs, 4/3 of that of one, with the opposite
- * sign in two periods. */
-#define PUSH_DEAD 5.33333333f /* [-] */
+#define PUSH_SHARE 0.02f   /* [-] of the range: change of the current by a jump of the voltage, 40 codes */
 /* [periods] sum of the distances from the first of three periods to the others, one and two */
 #define PUSH_TURN 3.0f
 
@@ -18,11 +14,13 @@ still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params)
     return (still_watch_tuning_t){
         .sensors = params->judged ? sensors : 0u,
         .off = OFF_SHARE * params->range,
-        .far = FAR_SHARE * params->range,
+        .gain = params->gain,
+        .held = STILL_HELD_DEAD * params->drop,
         .none = NONE_SHARE * params->range,
         .slow = winding_slow_link(params->inductance, params->range, params->period),
-        .push = PUSH_SHARE * params->range * params->inductance / params->period + PUSH_DEAD * params->drop,
-        .push_link = PUSH_DEAD * params->dead_time / params->period,
+        .push =
+            PUSH_SHARE * params->range * params->inductance / params->period + STILL_PUSH_DEAD * params->drop,
+        .push_link = STILL_PUSH_DEAD * params->dead_time / params->period,
         .turn = PUSH_TURN * params->period,
     };
 }

@@ -6,14 +6,18 @@
  *             by more than 5 % of the range in each of the last four of them
  *
  *             or it has not changed in the last three periods, while the voltage of its phase jumped: in the
- *             last two of them it was larger than in the first, enough to change the current by 10 % of the
- *             range. An EMF does not jump
+ *             last two of them it was larger than in the first, enough to change the current by 2 % of the
+ *             range, 40 codes. An EMF does not jump
  *
  * With such a control error the current changes by many codes per period, unless the voltage is at the limit
  * of the link. Because of noise a value repeats for one or two periods at most. A phase with an open wire has
  * no current, which does not change either. Therefore, while any phase has almost no current, only a
  * difference of 15 % is judged, and the value must have repeated for longer, also after a
  * jump of the voltage.
+ *
+ * With a wrong offset a sensor shows a constant value other than zero while its phase carries no current. The
+ * dead time, compensated with the wrong sign, then holds the current at zero against the control. Therefore a
+ * difference at which the control's voltage is less than this effect is not judged for such a value.
  *
  * Three values that add up to zero are those of the currents: a stuck one would make the sum different by its
  * error. One of them then does not change because its switch does not conduct.
@@ -34,10 +38,19 @@
 #define STILL_OFF    4u       /* [periods]: a step of the reference is visible in the third sample */
 #define STILL_ALONE  8u       /* [periods] without a change, where a phase has almost no current */
 #define STILL_PUSHED 0x10000u /* [periods] in place of a count, after a jump of the voltage */
+#define STILL_FAR    3.0f     /* [-] factor on the accepted difference, where a phase has almost no current */
+
+/* The largest change of the dead time's loss: the loss of three legs, 4/3 of that of one, with the opposite
+ * sign in two periods. */
+#define STILL_PUSH_DEAD 5.33333333f /* [-] */
+/* The largest effect of one sensor's offset on its phase: its leg and that of the computed third current are
+ * compensated with the wrong sign, (2 2 + 2)/3 of the loss of a leg. */
+#define STILL_HELD_DEAD 2.0f /* [-] */
 
 typedef struct {
     float range;        /* range of the sensors in both directions [A] */
     float inductance;   /* the larger of L_d and L_q [H], > 0 */
+    float gain;         /* the smaller gain of the current control [ohm], > 0 */
     float dead_time;    /* of the legs [s] */
     float drop;         /* of a device [V] */
     float period;       /* T [s] */
@@ -47,8 +60,9 @@ typedef struct {
 
 typedef struct {
     uint32_t sensors; /* [-] 2 or 3; 0: the watch is off */
-    float off;        /* largest difference from the reference that is accepted [A] */
-    float far;        /* the same where a phase has almost no current [A] */
+    float off;        /* largest accepted difference from the reference [A] */
+    float gain;       /* the smaller gain of the current control [ohm] */
+    float held;       /* largest effect of the drops on the voltage of a phase, with a wrong offset [V] */
     float none;       /* limit of almost no current [A] */
     float slow;       /* link voltage below which a current changes by only a few codes in a period [V] */
     float push;       /* least jump of the voltage, as the sum of two periods [V] ... */
@@ -144,6 +158,7 @@ static inline float still_watch_explained(const still_watch_t *watch, const stil
 /* Limits of a period. */
 typedef struct {
     float off;       /* largest difference from the reference [A] */
+    float u_dc;      /* [V] */
     float push;      /* largest jump of the voltage [V] */
     uint32_t stands; /* [periods] for which a stuck value has not changed at least */
 } still_limits_t;
@@ -159,17 +174,26 @@ static inline still_limits_t still_watch_limits(const still_watch_t *watch,
     const bool counts = !input->limited || input->u_dc > tuning->slow;
     return (still_limits_t){
         .off = !counts ? FLT_MAX
-               : alone ? tuning->far
+               : alone ? STILL_FAR * tuning->off
                        : tuning->off,
+        .u_dc = input->u_dc,
         .push = still_watch_explained(watch, tuning, input->u_dc, input->omega_e),
         .stands = alone ? STILL_ALONE : STILL_SOME,
     };
 }
 
+/* True if the dead time may hold a value constant that misses its reference by this difference [A]. */
+static inline bool still_watch_holds(const still_watch_tuning_t *tuning, float value, float miss, float u_dc)
+{
+    return !bounds_within(value, tuning->none) &&
+           bounds_within(tuning->gain * miss,
+                         tuning->held + STILL_HELD_DEAD / STILL_PUSH_DEAD * tuning->push_link * u_dc);
+}
+
 /* One period of sensor `n`, with the reference [A] and the jump of the voltage [V] of its phase. true: it is
  * stuck. */
-static inline bool still_watch_is_stuck(still_watch_t *watch, uint32_t n, float asked, float jump,
-                                        const still_limits_t *limits)
+static inline bool still_watch_is_stuck(still_watch_t *watch, const still_watch_tuning_t *tuning, uint32_t n,
+                                        float asked, float jump, const still_limits_t *limits)
 {
     const uint32_t still = watch->still[n];
     if (still < STILL_SOME) {
@@ -180,7 +204,11 @@ static inline bool still_watch_is_stuck(still_watch_t *watch, uint32_t n, float 
     if (off >= STILL_PUSHED || !bounds_within(jump, limits->push)) {
         off = STILL_PUSHED;
     } else {
-        off = bounds_within(asked - watch->value[n], limits->off) ? 0u : off + 1u;
+        const float value = watch->value[n];
+        const float miss = asked - value;
+        off = bounds_within(miss, limits->off) || still_watch_holds(tuning, value, miss, limits->u_dc)
+                  ? 0u
+                  : off + 1u;
     }
     watch->off[n] = off;
     return off >= STILL_OFF && still >= limits->stands;
@@ -193,12 +221,12 @@ static inline bool still_watch_judge(still_watch_t *watch, const still_watch_tun
     const abc_t asked = frames_inverse_clarke(input->asked);
     const abc_t jump = still_watch_jumps(watch, *input->voltage);
     const still_limits_t limits = still_watch_limits(watch, tuning, input);
-    const bool a = still_watch_is_stuck(watch, 0u, asked.a, jump.a, &limits);
-    const bool b = still_watch_is_stuck(watch, 1u, asked.b, jump.b, &limits);
+    const bool a = still_watch_is_stuck(watch, tuning, 0u, asked.a, jump.a, &limits);
+    const bool b = still_watch_is_stuck(watch, tuning, 1u, asked.b, jump.b, &limits);
     if (tuning->sensors < 3u) {
         return a || b;
     }
-    const bool c = still_watch_is_stuck(watch, 2u, asked.c, jump.c, &limits);
+    const bool c = still_watch_is_stuck(watch, tuning, 2u, asked.c, jump.c, &limits);
     return (a || b || c) && !winding_adds_up(input->current, tuning->off);
 }
 

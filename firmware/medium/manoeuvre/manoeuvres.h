@@ -158,6 +158,7 @@ typedef struct {
     float wanted;      /* current [A] */
     float needed;      /* part that the load needs, as last measured [A] */
     float emf_length;  /* low-passed [V] */
+    float emf_across;  /* current x EMF, low-passed, positive for a rotor that turns with the frame [V A] */
     float quickness;   /* factor of the ramp in this start [-] */
     float speed;       /* at the end of the next window [rad/s], electrical */
     float current;     /* at the end of the next window [A] */

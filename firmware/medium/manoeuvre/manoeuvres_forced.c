@@ -9,6 +9,9 @@
 #define PAUSE_PERIODS DRIVE_PERIODS(0.3f)   /* time without current before another start */
 #define STALL_WINDOWS DRIVE_WINDOWS(50e-3f) /* with too little EMF */
 #define STALL_SHARE   0.6f                  /* [-] least share of the EMF of a rotor in step */
+/* [-] the same of the part of the EMF across the current: 0.56 at the largest load angle at which the rotor
+ * holds (GRIP_MAX), with a configured psi_f that is a quarter too large. */
+#define ACROSS_SHARE 0.4f
 #define LENGTH_SHARE                                                                                         \
     (50.0f * DRIVE_WINDOW_PERIOD) /* [-] low-pass of the EMF's length, wrong for 20 ms at zero current */
 #define TRACK_SHARE   0.4f        /* [-] of handover_speed: the loop tracks above this */
@@ -58,6 +61,7 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
         first ? limits->current_start : bounds_clamp(RETRY_CURRENT * m->forced.wanted, limits->current_retry);
     m->forced.needed = m->forced.wanted;
     m->forced.emf_length = 0.0f;
+    m->forced.emf_across = 0.0f;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
     /* a stop was requested and the rotor stands */
     const float speed = input->wish.mode == RUN_STOP ? 0.0f : limits->align_speed;
@@ -87,21 +91,27 @@ static bool leg_dwells(const manoeuvres_t *m, ab_t current)
     return span.smallest < m->limits.doubtful;
 }
 
-/* True if the rotor does not follow; judged from fallback_speed on. An uncertain loss makes
- * the length of the EMF unusable. */
+/* True if the rotor does not follow; judged from fallback_speed on. An uncertain loss makes the length of the
+ * EMF unusable. A wrong R makes a voltage along the current, which at a low speed reduces the length as much
+ * as a rotor that stands; the part of the EMF across the current shows then that the rotor follows. */
 static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const float speed = bounds_magnitude(m->forced.speed);
     const bool asked = speed >= m->limits.fallback_speed;
     if (!leg_dwells(m, input->sample)) {
+        const ab_t emf = input->estimate->emf;
+        const float across = input->sample.alpha * emf.beta - input->sample.beta * emf.alpha;
         m->forced.emf_length = lowpass_step(m->forced.emf_length, LENGTH_SHARE, input->estimate->amplitude);
+        m->forced.emf_across =
+            lowpass_step(m->forced.emf_across, LENGTH_SHARE, m->forced.speed < 0.0f ? -across : across);
     }
     /* along the magnet i_d > 0 reduces the flux of a salient rotor; without
      * tracking the EMF is that of L_d */
     const float tracked = input->estimate->flux;
     const bool less = m->tracking != 0u && tracked < m->limits.flux_linkage;
     const float flux = less ? tracked : m->limits.flux_linkage;
-    const bool follows = m->forced.emf_length >= STALL_SHARE * flux * speed;
+    const bool follows = m->forced.emf_length >= STALL_SHARE * flux * speed ||
+                         m->forced.emf_across >= ACROSS_SHARE * flux * speed * m->forced.current;
     m->forced.stalling = asked && !follows ? m->forced.stalling + 1u : 0u;
     return m->forced.stalling >= STALL_WINDOWS;
 }
@@ -214,7 +224,8 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
 }
 
 /* Changes from the estimate's frame to a forced one in which the same torque acts: its d axis is ahead of the
- * rotor's by the load angle. Two speeds, which can both be wrong, are available; the smaller one is used. */
+ * rotor's by the load angle. Two speeds, which can both be wrong, are available; the smaller one is used. If
+ * the loop is scattered, neither is that of the rotor, and the frame begins at rest. */
 void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const estimate_t *estimate = input->estimate;
@@ -223,12 +234,13 @@ void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     m->forced.quickness = 1.0f;
     m->forced.needed = bounds_magnitude(i_q);
     m->forced.emf_length = estimate->amplitude;
+    m->forced.emf_across = 0.0f;
     const float sine = bounds_clamp(i_q * m->limits.current_inverse, GRIP_MAX);
     const float square = 1.0f - sine * sine;
     const float ahead = trig_angle((rotation_t){sine, square * inverse_root(square)});
     const float emf_speed = estimate->amplitude * m->limits.speed_per_volt;
     manoeuvres_enter(m, MANOEUVRE_FORCED);
-    m->forced.speed = bounds_clamp(estimate->omega_smooth, emf_speed);
+    m->forced.speed = lock_is_scattered(&m->lock) ? 0.0f : bounds_clamp(estimate->omega_smooth, emf_speed);
     m->forced.current = m->forced.wanted;
     begin_frame(m, FRAME_TURNS, ahead, setpoint);
 }

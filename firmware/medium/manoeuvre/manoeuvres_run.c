@@ -133,17 +133,27 @@ static void lose(manoeuvres_t *m, const estimate_t *estimate, setpoint_t *setpoi
     manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, MANOEUVRE_CATCH_PERIODS, lost_speed(estimate), setpoint);
 }
 
+/* True if the present EMF is that of a rotor with the speed of the loop. The mean of the lock is not enough
+ * in a reversal: for some milliseconds it still contains the EMF of the old direction. */
+static bool has_emf(const estimate_t *estimate)
+{
+    const float along = estimate->omega_smooth < 0.0f ? -estimate->emf_loop.q : estimate->emf_loop.q;
+    return along >= LOCK_PROJECTION_MIN * estimate->flux * bounds_magnitude(estimate->omega_smooth);
+}
+
 /* Detects a requested reversal through zero speed and a reference that is too slow to track. In both cases
  * neither loop nor lock is judged where the EMF is small, and the EMF may be missing for a while. The speed
  * of the loop alone does not show that the rotor has passed zero: beside a rotor that a load holds, the
- * errors of R and of the dead time may accelerate the loop in the direction of the reference. */
-static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
+ * errors of R and of the dead time may accelerate the loop in the direction of the reference. Nor does an EMF
+ * beside a scattered loop. */
+static void watch_reversal(manoeuvres_t *m, float omega_ref, const estimate_t *estimate)
 {
     const float slow = m->limits.fallback_speed;
+    const float omega = estimate->omega_smooth;
     if (omega_ref * m->omega_ref < 0.0f || bounds_within(omega_ref, slow)) {
         m->reversing = 1u;
     } else if (m->reversing != 0u && omega_ref * omega > 0.0f && !bounds_within(omega, PASSED_SHARE * slow) &&
-               !lock_is_off(&m->lock)) {
+               !lock_is_off(&m->lock) && !lock_is_scattered(&m->lock) && has_emf(estimate)) {
         m->reversing = 0u;
         m->windows = 0u; /* the masking time of a hand-over */
     }
@@ -167,12 +177,16 @@ static bool is_late(const manoeuvres_t *m, float toward)
  * the limit for a reference that is too slow to track, for a loop whose speed should make an EMF, and for a
  * loop that does not settle. The mean along the axis is judged, because noise has a length, too. While the
  * loop coasts the EMF is old and is not judged. Below the speed from which on the lock is judged, an EMF is
- * no proof of the angle: a loop that has had enough time and does not settle counts as a loop without EMF. */
+ * no proof of the angle: a loop that has had enough time and does not settle counts as a loop without EMF. So
+ * does a scattered loop whose EMF is smaller than at the hand-over or was missing, because the error of the
+ * loop makes an EMF itself. */
 static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const manoeuvres_limits_t *limits = &m->limits;
     const float slow = limits->fallback_speed;
-    const bool unsettled = m->judged == 0u && m->windows > MANOEUVRE_STEADY && lock_is_scattered(&m->lock);
+    const bool late = m->judged == 0u && m->windows > MANOEUVRE_STEADY;
+    const bool small = m->lock.projection < limits->flux_linkage * limits->handover_speed;
+    const bool unsettled = (late || small || m->passage.missing != 0u) && lock_is_scattered(&m->lock);
     const bool seen = m->lock.projection >= limits->flux_linkage * slow && !unsettled;
     if (m->reversing == 0u || seen) {
         m->passage.missing = 0u;
@@ -236,7 +250,7 @@ static void run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *se
     manoeuvres_run_at(m, input, estimate->frame.omega_e, input->omega_m, setpoint);
     const float omega_ref = setpoint->omega_m_ref * limits->pole_pairs;
     lock_step(&m->lock, estimate, scatter_of(m, input));
-    watch_reversal(m, omega_ref, estimate->omega_smooth);
+    watch_reversal(m, omega_ref, estimate);
     manoeuvres_judge(m, estimate->amplitude, estimate->omega_smooth);
     lock_compare(&m->lock, estimate->omega_smooth, omega_ref, m->run.limited != 0u);
     m->unlocked = limits->judging != 0u && lock_is_lost(&m->lock, m->windows > MANOEUVRE_STEADY);

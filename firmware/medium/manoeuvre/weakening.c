@@ -96,14 +96,18 @@ static void limit(weakening_t *weakening)
     weakening->torque_limit = weakening->torque_share * i_q;
 }
 
-/* The trim follows the difference between the requested voltage and u. */
+/* The trim follows the difference between the requested voltage and u: while the field is weakened, and also
+ * if the requested voltage exceeds u although psi_f and L as configured leave enough voltage. Otherwise the
+ * torque of a rotor with a larger psi_f would be limited by the voltage without i_d, and the torque of the
+ * speed control would grow to its limit meanwhile. */
 static void trim(weakening_t *weakening, float u, dq_t voltage)
 {
-    if (weakening->weakens == 0u) {
+    const float square = voltage.d * voltage.d + voltage.q * voltage.q;
+    if (weakening->weakens == 0u && square <= u * u) {
         weakening->trim *= TRIM_FORGETS;
         return;
     }
-    const float asked = root_or_none(voltage.d * voltage.d + voltage.q * voltage.q);
+    const float asked = root_or_none(square);
     const float counts = bounds_less(asked, ASKED_MOST * u);
     weakening->trim =
         bounds_clamp(weakening->trim + weakening->tuning.trim_share * (u - counts) / u, TRIM_MOST);

@@ -7,6 +7,7 @@
 #define DEAD_VECTOR   1.33333333f /* [-] of a leg's loss: the sum of three legs */
 #define WRONG_R       0.5f        /* [-] of R: assumed error */
 #define HELD_SHARE    0.25f       /* [-] of the dead-time loss, while a current stays constant */
+#define HELD_ASIDE    1.25f       /* [-] beyond it: two legs with the wrong sign, 1.5 */
 #define STUCK_SHARE   0.05f       /* [-] of the range: limit of the current that must have flowed */
 #define STUCK_TIME    0.4e-3f     /* [s] for which a stuck value has not changed */
 #define STILL_TIME    1.2e-3f     /* [s] the same for a value near zero ... */
@@ -14,6 +15,7 @@
 #define LONG_STILL    15e-3f      /* [s] longest time without a change of a sound value while others change */
 #define SILENT        16u         /* [periods] without a change of a value with a noise of NOISY_CODES */
 #define NOISY_CODES   2.0f        /* [-] standard deviation */
+#define QUIET         0.25f       /* [-] of the square of NOISY_CODES: one code */
 #define CODES         2048.0f     /* [-] of the range */
 #define BESIDE_SHARE  0.002f      /* [-] of the range: change of another sensor by then, four codes */
 #define URGENT        3.0f  /* [-] of the limit: beyond it any stuck value is reported after JUMP_TIME */
@@ -204,6 +206,22 @@ static float contradiction(const current_watch_t *watch, uint32_t n, const curre
     return (watch->biased >> n & 1u) != 0u && biased > more ? biased : more;
 }
 
+/* Limit of the sum that contradicts a constant value [A]. A sensor with a wrong offset shows a constant value
+ * other than zero while its phase carries no current: the dead time holds the current at zero, and is
+ * compensated with the wrong sign. With a noise of one code, a value equals the one before with the
+ * probability 0.28, and 16 times in succession with 1e-9, whatever its current is. */
+static float most_of(const current_watch_t *watch, const current_watch_phase_t *phase,
+                     const current_watch_input_t *input)
+{
+    const current_watch_tuning_t *tuning = &watch->tuning;
+    const bool lively = input->noise >= QUIET * tuning->noisy && phase->still >= SILENT;
+    if (lively || bounds_within(phase->value, tuning->none)) {
+        return tuning->stuck;
+    }
+    const float dead = tuning->dead + tuning->dead_link * input->u_dc;
+    return tuning->stuck + HELD_ASIDE * dead * (float)(int32_t)phase->still;
+}
+
 /* True if a value is stuck: it has not changed by one bit in all periods of a window and the following ones,
  * and p contradicts that, or the value stays for too long. A value is suspected as well if it has jumped by
  * more than any EMF explains, or if it differs from the observer's. */
@@ -238,7 +256,7 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     phase->path += bounds_magnitude(p - window->periods * phase->held);
     const uint32_t jump = tuning->still[STILL_JUMP];
     const uint32_t sure = phase->stuck > URGENT * tuning->stuck && phase->sure > jump ? jump : phase->sure;
-    return (phase->still >= sure && phase->stuck > tuning->stuck &&
+    return (phase->still >= sure && phase->stuck > most_of(watch, phase, input) &&
             (phase->still >= tuning->still[STILL_ZERO] || !current_watch_feeds_another(watch, n))) ||
            stands(tuning, phase, beside) || is_silent(tuning, phase->still, input->noise);
 }

@@ -209,27 +209,33 @@ static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
 
 /* True if the mean difference of at least two windows lies along the axis of one phase alone, and has not
  * moved since it reached this axis. The EMF of a rotor that turns the other way is constant and may lie
- * there; that of a rotor whose encoder does not turn leaves it. */
-static bool is_of_a_phase(encoder_watch_t *watch)
+ * there; that of a rotor whose encoder does not turn leaves it. A difference that has already stayed on an
+ * axis passes through zero twice per turn of the rotor, and returns to the same axis with the other sign.
+ * Near zero the error `wrong_flux` of psi_f omega [V^2] turns it by more than the angle that shows an axis:
+ * it is then compared with the known axis only: with small currents, or after ALONG_WINDOWS. */
+static bool is_of_a_phase(encoder_watch_t *watch, float wrong_flux)
 {
     const ab_t off = watch->off;
-    watch->axis = watch->of_a_phase != 0u ? watch->axis : off;
+    watch->axis = watch->along != 0u ? watch->axis : off;
     const ab_t axis = watch->axis;
+    const bool returns = watch->along >= (is_unseen(watch) ? 1u : ALONG_WINDOWS);
     const float beside = (is_unseen(watch) ? watch->tuning.beside : 0.0f) + noise_of(watch);
+    const float about = beside + (returns ? wrong_flux : 0.0f);
     const float cross = off.alpha * axis.beta - off.beta * axis.alpha;
     const float a = square_of(off);
     const float b = square_of(axis);
-    return watch->wrong >= 2u && is_along(off, beside) &&
-           cross * cross < SAME_AXIS * a * b + beside * (a + b);
+    return watch->wrong >= 2u && (returns || is_along(off, beside)) &&
+           cross * cross < SAME_AXIS * a * b + about * (a + b);
 }
 
-/* Counts for how long the difference has stayed on one axis. */
-static void count_along(encoder_watch_t *watch)
+/* Counts for how long the difference has stayed on one axis. A difference that is too small to be wrong
+ * has no axis. */
+static void count_along(encoder_watch_t *watch, bool wrong)
 {
-    if (watch->of_a_phase == 0u) {
+    if (watch->of_a_phase != 0u) {
+        watch->along += watch->along < 2u * ALONG_WINDOWS ? 1u : 0u;
+    } else if (wrong && watch->wrong >= 2u) {
         watch->along -= watch->along < ALONG_MISSED ? watch->along : ALONG_MISSED;
-    } else if (watch->along < 2u * ALONG_WINDOWS) {
-        watch->along++;
     }
 }
 
@@ -275,7 +281,8 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         opposite && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected);
     const ab_t off = beside(watch, input->omega_e, seen.middle);
     add_off(watch, wrong, off);
-    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch);
+    const float wrong_flux = MUCH_BESIDE * MUCH_BESIDE * seen.expected * seen.expected;
+    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, wrong_flux);
     watch->elsewhere =
         watch->windows > 0u && seen.length > least && is_elsewhere(watch, off) ? UINT32_C(1) : UINT32_C(0);
     watch->confirmed = 0u;
@@ -284,7 +291,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         return 0u;
     }
     watch->of_a_phase = of_a_phase ? UINT32_C(1) : UINT32_C(0);
-    count_along(watch);
+    count_along(watch, wrong);
     if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
         watch->waited++;
         return 0u;

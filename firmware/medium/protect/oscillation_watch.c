@@ -6,24 +6,25 @@
 #include "math/filter.h"
 #include "math/periods.h"
 
-#define PI          3.1415927f
+#define TWO_PI      6.2831853f
 #define FAST_SHARE  0.5f   /* [-] of the tracking loop's bandwidth: higher frequencies are noise */
-#define GROWS_BY    1.1f   /* [-] from block to block */
+#define GROWS_BY    1.1f   /* [-] a step of growth, or of decay */
 #define GROWN_LEAST 0.005f /* [-] of the current limit */
 #define SUSTAINED   0.1f   /* [-] of the current limit */
-#define SHORTEST    3u     /* [steps] of a half-wave */
-#define IRREGULAR   3u     /* tolerance: this part of the last half-wave, and a step */
+#define SHORTEST    6u     /* [steps] of a wave */
+#define IRREGULAR   5u     /* tolerance: this part of the first wave, and a step */
+#define SLOWEST     32u    /* [waves] longest step of growth */
 
 oscillation_watch_tuning_t oscillation_watch_prepare(const oscillation_watch_params_t *params)
 {
     const float period = params->period * (float)params->every;
-    const float least = (float)OSCILLATION_WAVES * params->current_limit;
+    const float least = 2.0f * (float)OSCILLATION_WAVES * params->current_limit;
     return (oscillation_watch_tuning_t){
         .slow_share = lowpass_share(params->slow, period),
         .fast_share = lowpass_share(FAST_SHARE * params->fast, period),
         .growing = GROWN_LEAST * least,
         .sustained = SUSTAINED * least,
-        .longest = periods_of(PI / params->slow, period),
+        .longest = periods_of(TWO_PI / params->slow, period),
     };
 }
 
@@ -33,72 +34,87 @@ void oscillation_watch_init(oscillation_watch_t *watch, const oscillation_watch_
     oscillation_watch_take(watch, tuning);
 }
 
-static void begin_anew(oscillation_watch_t *watch)
+/* The count begins with a wave of this length [steps]; 0: none yet. */
+static void begin_anew(oscillation_watch_t *watch, uint32_t length)
 {
     watch->sum = 0.0f;
-    watch->before = 0.0f;
-    watch->usual = 0u;
+    watch->step = 0.0f;
+    watch->first = length;
     watch->waves = 0u;
-    watch->blocks = 0u;
+    watch->growths = 0u;
+    watch->large = 0u;
 }
 
-/* Judges a complete block. */
+/* A step of growth or decay ends with a block of this sum [A]. */
+static void end_step(oscillation_watch_t *watch, float sum, uint32_t growths)
+{
+    watch->step = sum;
+    watch->growths = growths;
+    watch->waves = 0u;
+}
+
+/* True if a complete block makes the oscillation certain. */
 static bool judge_block(oscillation_watch_t *watch)
 {
     const oscillation_watch_tuning_t *tuning = &watch->tuning;
-    const bool grows = watch->before > 0.0f && watch->sum > GROWS_BY * watch->before;
-    const bool tells = watch->sum > tuning->sustained || (grows && watch->sum > tuning->growing);
-    watch->before = watch->sum;
+    const float sum = watch->sum;
+    const float step = watch->step;
     watch->sum = 0.0f;
-    watch->waves = 0u;
-    watch->blocks = tells ? watch->blocks + 1u : 0u;
-    if (watch->blocks < OSCILLATION_BLOCKS) {
-        return false;
+    watch->large = sum > tuning->sustained ? watch->large + 1u : 0u;
+    if (step > 0.0f && sum > GROWS_BY * step) {
+        end_step(watch, sum, watch->growths + 1u);
+    } else if (step == 0.0f || GROWS_BY * sum < step || watch->waves >= SLOWEST) {
+        end_step(watch, sum, 0u);
     }
-    begin_anew(watch);
-    return true;
+    const bool grown = watch->growths >= OSCILLATION_GROWTHS && sum > tuning->growing;
+    return grown || watch->large >= OSCILLATION_SUSTAINED;
 }
 
-/* True if a complete half-wave has nearly the length of the last one. */
+/* Counts a complete wave of nearly the length of the first one; true if it makes the oscillation certain. */
 static bool judge_wave(oscillation_watch_t *watch)
 {
-    const uint32_t usual = watch->usual;
+    const uint32_t first = watch->first;
     const uint32_t length = watch->length;
-    const uint32_t apart = length > usual ? length - usual : usual - length;
-    if (length < SHORTEST || (usual != 0u && apart * IRREGULAR > usual + IRREGULAR)) {
-        begin_anew(watch);
-    }
-    watch->usual = length;
-    watch->sum += watch->peak;
-    watch->waves++;
+    const uint32_t apart = length > first ? length - first : first - length;
     watch->length = 0u;
-    watch->peak = 0.0f;
-    return watch->waves >= OSCILLATION_WAVES && judge_block(watch);
+    if (first == 0u || length < SHORTEST || apart * IRREGULAR > first + IRREGULAR) {
+        begin_anew(watch, length);
+        return false;
+    }
+    watch->waves++;
+    if (watch->waves % OSCILLATION_WAVES != 0u || !judge_block(watch)) {
+        return false;
+    }
+    begin_anew(watch, 0u);
+    return true;
 }
 
 bool oscillation_watch_step(oscillation_watch_t *watch, float i_q_ref, float omega_m_ref)
 {
     const oscillation_watch_tuning_t *tuning = &watch->tuning;
-    if (watch->begun == 0u || omega_m_ref != watch->reference) {
+    if (watch->length == 0u || omega_m_ref != watch->reference) {
         watch->slow = i_q_ref;
         watch->fast = 0.0f;
-        watch->length = 0u;
+        watch->length = 1u;
         watch->peak = 0.0f;
-        watch->begun = 1u;
         watch->reference = omega_m_ref;
-        begin_anew(watch);
+        begin_anew(watch, 0u);
         return false;
     }
     const float last = watch->fast;
     watch->slow = lowpass_step(watch->slow, tuning->slow_share, i_q_ref);
     watch->fast = lowpass_step(last, tuning->fast_share, i_q_ref - watch->slow);
     const float amount = bounds_magnitude(watch->fast);
-    const bool turned = last * watch->fast < 0.0f;
-    const bool told = turned && judge_wave(watch);
-    watch->peak = amount > watch->peak ? amount : watch->peak;
+    bool told = false;
+    if (last * watch->fast < 0.0f) {
+        watch->sum += watch->peak;
+        watch->peak = 0.0f;
+        told = watch->fast > 0.0f && judge_wave(watch);
+    }
+    watch->peak = bounds_more(watch->peak, amount);
     watch->length++;
     if (watch->length > tuning->longest) {
-        begin_anew(watch);
+        begin_anew(watch, 0u);
     }
     return told;
 }

@@ -4,17 +4,22 @@
  *
  *     y = LP_fast(i_q_ref - LP_slow(i_q_ref))
  *
- * Consecutive half-waves of y with nearly the same length are counted in blocks of OSCILLATION_WAVES; one of
- * another length restarts the count, so that noise is not counted. An oscillation is reported after
- * OSCILLATION_BLOCKS blocks in succession with
+ * Consecutive waves of y are counted in blocks of OSCILLATION_WAVES. The first wave gives the length; a
+ * wave of another length restarts the count, so that neither noise is counted nor a ripple that turns with a
+ * rotor whose speed changes. The amplitude of a block is the mean of its positive and negative peaks, on
+ * which a torque that changes slowly has no effect. An oscillation is reported in two
+ * cases:
  *
- *     growing     the mean peak is 1.1 times that of the block before, and above 0.5 % of the current limit
- *     sustained   the mean peak is above 10 % of the current limit
+ * - Growing: the amplitude has grown by 1.1 OSCILLATION_GROWTHS times, each time within 32 waves, without
+ *   having decayed by 1.1 in between, and is above 0.5 % of the current limit.
+ * - Sustained: it is above 10 % of the current limit in OSCILLATION_SUSTAINED blocks in succession.
  *
- * A ripple that the motor itself makes (offsets, unequal legs, harmonics) is regular, but it does
- * not grow at a constant speed and is smaller than that. A change of the speed reference restarts
- * the count. Does not handle: a load that itself swings in this band with a tenth of the torque; it
- * is reported as an oscillation.
+ * The growth is measured from the block of its last step, not from block to block: the rule is the same for a
+ * fast and for a slow growth. A ripple that the motor itself makes (offsets, unequal legs, harmonics) is
+ * regular, but it does not grow at a constant speed and is smaller than that. A resonance that noise excites
+ * is regular, too; its amplitude grows and decays by chance, is smaller, and one of 2^4 series of four steps
+ * contains growth only. A change of the speed reference restarts the count. Does not handle: a load that
+ * itself swings in this band with a tenth of the torque; it is reported as an oscillation.
  *
  * One step per `every` T; no division. */
 #ifndef MEDIUM_PROTECT_OSCILLATION_WATCH_H
@@ -23,8 +28,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define OSCILLATION_WAVES  16u /* [half-waves] of a block */
-#define OSCILLATION_BLOCKS 3u  /* [blocks] in succession */
+#define OSCILLATION_WAVES     2u  /* [waves] of a block */
+#define OSCILLATION_GROWTHS   4u  /* [steps of growth] in succession */
+#define OSCILLATION_SUSTAINED 12u /* [blocks] in succession */
 
 typedef struct {
     float slow;          /* bandwidth of the speed loop [rad/s], > 0 */
@@ -37,24 +43,24 @@ typedef struct {
 typedef struct {
     float slow_share; /* of the low-passes [-] */
     float fast_share; /* [-] */
-    float growing;    /* least sum of the peaks of a block that grows [A] */
+    float growing;    /* least sum of a block that grows [A] */
     float sustained;  /* the same for a sustained one [A] */
-    uint32_t longest; /* [steps] of a half-wave */
+    uint32_t longest; /* [steps] of a wave */
 } oscillation_watch_tuning_t;
 
 typedef struct {
     oscillation_watch_tuning_t tuning;
-    float slow;      /* LP_slow(i_q_ref) [A] */
-    float fast;      /* y [A] */
-    float reference; /* speed reference of the last step [rad/s] */
-    float peak;      /* of this half-wave [A] */
-    float sum;       /* of the peaks in this block [A] */
-    float before;    /* of the peaks in the last block [A] */
-    uint32_t begun;  /* [-] 1: the low-passes have started */
-    uint32_t length; /* [steps] of this half-wave so far */
-    uint32_t usual;  /* [steps] of the last one; 0: there was none */
-    uint32_t waves;  /* [half-waves] of this block */
-    uint32_t blocks; /* [blocks] in succession */
+    float slow;       /* LP_slow(i_q_ref) [A] */
+    float fast;       /* y [A] */
+    float reference;  /* speed reference of the last step [rad/s] */
+    float peak;       /* largest |y| of this half-wave [A] */
+    float sum;        /* of the peaks in this block [A] */
+    float step;       /* the sum with which the last step of growth or decay ended [A]; 0: none */
+    uint32_t length;  /* [steps] of this wave so far; 0: the low-passes have not started */
+    uint32_t first;   /* [steps] of the wave with which the count began; 0: none */
+    uint32_t waves;   /* [waves] since the last step of growth or decay */
+    uint32_t growths; /* [-] steps of growth in succession */
+    uint32_t large;   /* [blocks] in succession that are large enough for a sustained oscillation */
 } oscillation_watch_t;
 
 /* Computes the coefficients. Divisions and exponentials: for the background. */
@@ -73,7 +79,7 @@ static inline void oscillation_watch_take(oscillation_watch_t *watch,
 /* Resets the state, because the loop is open. */
 static inline void oscillation_watch_rest(oscillation_watch_t *watch)
 {
-    watch->begun = 0u;
+    watch->length = 0u;
 }
 
 /* Torque reference [A] and mechanical speed reference [rad/s]. Returns true if the loop oscillates; it is

@@ -14,6 +14,7 @@
 #define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
 #define SHARE_MAX     0.5f                                    /* [-] */
 #define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: least i_q */
+#define MOVED         (INDUCTANCE_MOVED / INDUCTANCE_DITHER)  /* [-] of the dither: ends a pause */
 #define ANSWER_MIN    0.5f                                    /* [-] of the commanded i_d */
 #define ANSWER_MAX    1.5f                                    /* [-] of the commanded i_d */
 #define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
@@ -66,8 +67,6 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .resistance_from = params->resistance_from,
         .flux_linkage = params->flux_linkage,
         .current = current,
-        .shows = INDUCTANCE_EMF / (params->from * current),
-        .moved = INDUCTANCE_MOVED * params->current_max,
         .look = periods_of(INDUCTANCE_LOOK, step),
         .missed = periods_of(INDUCTANCE_MISSED, step),
         .rest = periods_of(INDUCTANCE_REST, step),
@@ -110,7 +109,7 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
 /* True if the response to the dither is beyond the errors of the voltage at this speed [rad/s]. */
 static bool shows(const inductance_t *x, float speed)
 {
-    return speed >= x->tuning.shows;
+    return speed * x->tuning.from * x->tuning.current >= INDUCTANCE_EMF;
 }
 
 /* True if i_q [A] makes enough torque that L affects the result. */
@@ -186,7 +185,8 @@ static bool rests(inductance_t *x, float i_q)
     if (x->look.rests == 0u) {
         return false;
     }
-    x->look.rests = bounds_within(i_q - x->look.looked_at, x->tuning.moved) ? x->look.rests - 1u : 0u;
+    x->look.rests =
+        bounds_within(i_q - x->look.looked_at, MOVED * x->tuning.current) ? x->look.rests - 1u : 0u;
     x->follows = 0u;
     x->dither = (dq_t){0.0f, 0.0f};
     return x->look.rests != 0u;

@@ -132,8 +132,6 @@ typedef struct {
     float resistance_from; /* R of the parameters [ohm] */
     float flux_linkage;    /* psi_f [Wb] */
     float current;         /* amplitude of the dither [A] */
-    float shows;           /* speed from which L is learnt [rad/s] electrical */
-    float moved;           /* change of i_q that ends a pause [A] */
     uint32_t look;         /* [steps] INDUCTANCE_LOOK */
     uint32_t missed;       /* [steps] of cycles without a value that end an interval */
     uint32_t rest;         /* [steps] INDUCTANCE_REST */

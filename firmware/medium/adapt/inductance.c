@@ -404,11 +404,12 @@ static float beyond_mean(inductance_t *x, float e_d)
 
 /* The high-passed voltage along d of a salient rotor [V], without that of the flux that the observer's L_q
  * does not have, and without (L_q - L_d) i_q d(turned)/dt: its flux changes because the current turns with
- * the loop, by which x->turned was `before` at the last step. */
+ * the loop, by which x->turned was `before` at the last step. The speed is that of the rotor, constant in a
+ * cycle: the smooth speed of the loop moves with the dither while the drive brakes (docs/theory.md, 24). */
 static float salient_drop(inductance_t *x, const inductance_input_t *input, float before)
 {
     const inductance_tuning_t *tuning = &x->tuning;
-    const float known = input->omega_smooth * flux_beyond(tuning, input->current.q);
+    const float known = x->omega * flux_beyond(tuning, input->current.q);
     const float moved = (tuning->observed_q - tuning->inductance_d) * x->mean.q;
     return beyond_mean(x, input->emf.d + known) - moved * (x->turned - before) / tuning->time;
 }

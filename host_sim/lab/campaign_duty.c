@@ -247,6 +247,8 @@ static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t 
     const bool grows = !follows || error > duty->away_error;
     if (!grows && duty->away > 1u && duty->away % half == 1u) {
         duty->away = 1u;
+        duty->away_torque = fabs(torque);
+        duty->away_wound = 0.0;
     }
     duty->away_error = duty->away % half == 1u ? error : duty->away_error;
     const bool wound = duty->away_wound > duty->away_torque || duty->away > campaign_periods(ANSWER_MOST);

@@ -62,7 +62,7 @@ static bool judge_block(oscillation_watch_t *watch)
     watch->sum = 0.0f;
     watch->large = sum > tuning->sustained ? watch->large + 1u : 0u;
     if (step > 0.0f && sum > GROWS_BY * step) {
-        end_step(watch, sum, watch->growths + (sum > GROWS_BY * GROWS_BY * step ? 2u : 1u));
+        end_step(watch, sum, watch->growths + 1u);
     } else if (step == 0.0f || GROWS_BY * sum < step || watch->waves >= SLOWEST) {
         end_step(watch, sum, 0u);
     }

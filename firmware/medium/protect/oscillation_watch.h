@@ -11,8 +11,7 @@
  * cases:
  *
  * - Growing: the amplitude has grown by 1.1 OSCILLATION_GROWTHS times, each time within 32 waves, without
- *   having decayed by 1.1 in between, and is above 0.5 % of the current limit. A block counts for two steps
- *   if it has grown by 1.1^2 or more.
+ *   having decayed by 1.1 in between, and is above 0.5 % of the current limit.
  * - Sustained: it is above 10 % of the current limit in OSCILLATION_SUSTAINED blocks in succession.
  *
  * The growth is measured from the block of its last step, not from block to block: the rule is the same for a

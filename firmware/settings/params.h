@@ -423,6 +423,10 @@ typedef struct {
 
 start_params_t params_start(const params_t *params, const assumed_t *assumed);
 
+/* This noise of a current sensor [A], or 0 if it is certain that it does not change the hand-over speed. No
+ * exponential, no division. */
+float params_noise(const params_t *params, const assumed_t *assumed, float noise);
+
 /* Values in use of the rows that have a rule: the configured value, or the rule where it is 0. */
 typedef struct {
     float observer_gain;      /* [V] */

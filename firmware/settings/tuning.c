@@ -61,11 +61,9 @@ assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
     if (learnt->inertia.from == params->motor_inertia) {
         assumed.inertia = learnt->inertia.value;
     }
-    const float quiet = params_start(params, &assumed).handover_speed;
-    assumed.noise = root_or_none(learnt->noise_square);
-    if (params_start(params, &assumed).handover_speed == quiet) {
-        assumed.noise = 0.0f; /* without effect: it makes no new tuning */
-    }
+    /* A salient rotor swings in the forced frame, and is handed over as soon as possible. */
+    assumed.noise =
+        params_salient(&assumed) ? 0.0f : params_noise(params, &assumed, root_or_none(learnt->noise_square));
     return assumed;
 }
 

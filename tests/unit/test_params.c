@@ -327,18 +327,21 @@ static void test_noise_of_the_currents_moves_the_hand_over(void)
     TEST_ASSERT_EQUAL_FLOAT(25.0f, params_start(&params, &assumed).handover_speed);
 }
 
-/* 5.9 mA make 8.2 x 1.384 V = 11.35 V, less than 1.15 x 10 V; the noise then makes no new tuning. */
+/* Of 3.9 mA the low-pass leaves at most 2^(1/2) x 2500 rad/s x L n = 1.379 V, and 8.2 times this are 11.3 V,
+ * less than 1.15 x 10 V; the noise then makes no new tuning, and neither does that of a salient rotor. */
 static void test_noise_without_effect_is_not_assumed(void)
 {
     params.motor_inductance_d = params.motor_inductance_q = 0.1f;
-    learnt_t learnt = {.noise_square = 5.9e-3f * 5.9e-3f};
+    learnt_t learnt = {.noise_square = 3.9e-3f * 3.9e-3f};
     const assumed_t configured = params_configured(&params);
     const assumed_t quiet = drive_assumed(&params, &learnt);
     TEST_ASSERT_FALSE(assumed_moved(&configured, &quiet));
-    learnt.noise_square = 6.1e-3f * 6.1e-3f;
+    learnt.noise_square = 4.0e-3f * 4.0e-3f;
     const assumed_t loud = drive_assumed(&params, &learnt);
     TEST_ASSERT_TRUE(assumed_moved(&configured, &loud));
     TEST_ASSERT_FALSE(assumed_moved(&loud, &loud));
+    params.motor_inductance_d = 0.02f;
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, drive_assumed(&params, &learnt).noise);
 }
 
 static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)

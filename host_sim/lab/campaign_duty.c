@@ -240,16 +240,14 @@ static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t 
     const bool away = stops || follows ? leaves(watch, rows, torque, wanted) : exceeds(watch, rows, torque);
     duty->away = is_another_wish(duty, rows) ? 0u : duty->away;
     duty->away = counted(runs && away, duty->away);
-    duty->away_torque = duty->away > 1u ? fmax(duty->away_torque, fabs(torque)) : fabs(torque);
-    const double near = fmax(error, AWAY_SPEED * duty->speed);
-    duty->away_wound = duty->away > 1u ? duty->away_wound + duty->winding * near * RIG_PERIOD_SECONDS : 0.0;
     const uint32_t half = campaign_periods(0.5 * (stops ? AWAY_SECONDS : fmax(AWAY_SECONDS, duty->answer)));
     const bool grows = !follows || error > duty->away_error;
     if (!grows && duty->away > 1u && duty->away % half == 1u) {
         duty->away = 1u;
-        duty->away_torque = fabs(torque);
-        duty->away_wound = 0.0;
     }
+    const double near = fmax(error, AWAY_SPEED * duty->speed);
+    duty->away_torque = duty->away > 1u ? fmax(duty->away_torque, fabs(torque)) : fabs(torque);
+    duty->away_wound = duty->away > 1u ? duty->away_wound + duty->winding * near * RIG_PERIOD_SECONDS : 0.0;
     duty->away_error = duty->away % half == 1u ? error : duty->away_error;
     const bool wound = duty->away_wound > duty->away_torque || duty->away > campaign_periods(ANSWER_MOST);
     if (duty->away > 2u * half && grows && (stops || wound)) {

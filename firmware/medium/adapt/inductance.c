@@ -2,7 +2,7 @@
 
 #include "math/angle.h"
 #include "math/periods.h"
-#include "math/root.h"
+#include "math/winding.h"
 #include "medium/adapt/gain.h"
 
 #define TWO_PI        6.2831853f
@@ -195,7 +195,7 @@ static bool rests(inductance_t *x, float i_q)
 /* psi_q of the assumed curve over i_q, relative to that without current [-]. */
 static float share_at(const inductance_tuning_t *tuning, float i_q)
 {
-    return tuning->knee != 0.0f ? inverse_root(1.0f + tuning->knee * i_q * i_q) : 1.0f;
+    return tuning->knee != 0.0f ? winding_saturation(tuning->knee * i_q * i_q) : 1.0f;
 }
 
 /* The part of psi_q at this i_q [A] that the observer's constant L_q does not have [Wb]. */

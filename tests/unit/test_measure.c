@@ -306,7 +306,8 @@ static void test_sensors_that_scatter_too_much_are_noisy(void)
         }
         TEST_ASSERT_EQUAL(n < 2u ? CALIBRATION_GOOD : CALIBRATION_NOISY, last);
         /* of N squares of a normal variable the mean scatters by (2/N)^(1/2), here of some 1000 */
-        TEST_ASSERT_FLOAT_WITHIN(0.25f * deviation * deviation, deviation * deviation, measure_noise(&measure));
+        TEST_ASSERT_FLOAT_WITHIN(0.25f * deviation * deviation, deviation * deviation,
+                                 measure_noise(&measure));
     }
 }
 

@@ -22,7 +22,7 @@ static uint32_t recorded, length; /* [periods] of this part: so far, in all */
 static params_t prepared;         /* the newest set whose tuning was prepared, */
 static assumed_t prepared_with;   /* with this assumption */
 static bool unrecorded;           /* the tuning of the last drive_prepare() is not in the recording yet */
-static uint32_t found; /* bit n: in period n of a window a catch has found its rotor */
+static uint32_t found;            /* bit n: in period n of a window a catch has found its rotor */
 static void (*tampering)(drive_samples_t *samples); /* with the samples of the sensors; NULL: none */
 
 static void put(uint32_t word)

@@ -54,9 +54,22 @@ static double winding(const campaign_case_t *drawn)
 
 /* [s] Time in which the integral of the speed control changes by this torque [N m] at this error [rad/s]. A
  * light rotor has a small k_i, independent of its load. */
-static double wound(const campaign_duty_t *duty, double torque, double error)
+static double winding_time(const campaign_duty_t *duty, double torque, double error)
 {
     return fmin(torque / (duty->winding * error), ANSWER_MOST);
+}
+
+/* [rad/s] Speed below which the mean speed of a window contains the change of the speed by a load that varies
+ * with the angle, or below which a shaft by itself does not pass the largest torque A of this load: its
+ * energy, J w^2/2, is then less than the 2 A/n that the load takes in half of one of its n cycles. The shaft
+ * stops in every cycle, until the integral of the speed control has reached A, and is then released. */
+static double uneven_of(const campaign_case_t *drawn, double torque)
+{
+    const double cycles = CAMPAIGN_VALUE(drawn, sine_cycles);
+    const double most = CAMPAIGN_VALUE(drawn, sine) * torque;
+    return most != 0.0
+               ? fmax(TURN / WINDOW_SECONDS / cycles, 2.0 * sqrt(most / (cycles * campaign_inertia(drawn))))
+               : 0.0;
 }
 
 void campaign_duty_begin(campaign_watch_t *watch)
@@ -74,7 +87,7 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .load = campaign_load(drawn),
         .drag = drag_of(drawn),
         .creep = creep_of(drawn, watch->motor.torque),
-        .cycles = CAMPAIGN_VALUE(drawn, sine) != 0.0 ? CAMPAIGN_VALUE(drawn, sine_cycles) : 0.0,
+        .uneven = uneven_of(drawn, watch->motor.torque),
         .answer = fmin(ANSWERS / campaign_speed_loop(drawn), ANSWER_MOST),
         .winding = winding(drawn),
         .lag = LOOP_LAG / campaign_loop(drawn),
@@ -211,7 +224,8 @@ static bool is_another_wish(campaign_duty_t *duty, const uint32_t *rows)
 }
 
 /* Distinguishes speed control from a runaway: if the torque responds to a load, or brakes a change of speed
- * caused by a load, the speed is nearer to its reference after half of the time. */
+ * caused by a load, the speed is nearer to its reference after half of the time. The speed control also has
+ * the time in which its integral changes by this torque. */
 static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
@@ -226,16 +240,17 @@ static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t 
     const bool away = stops || follows ? leaves(watch, rows, torque, wanted) : exceeds(watch, rows, torque);
     duty->away = is_another_wish(duty, rows) ? 0u : duty->away;
     duty->away = counted(runs && away, duty->away);
-    duty->away_torque = duty->away > 1u ? fmax(duty->away_torque, fabs(torque)) : fabs(torque);
-    const double near = fmax(error, AWAY_SPEED * duty->speed);
-    const double answer = fmax(duty->answer, wound(duty, duty->away_torque, near));
-    const double most = stops ? AWAY_SECONDS : fmax(AWAY_SECONDS, answer);
-    const uint32_t half = campaign_periods(0.5 * most);
-    if (follows && duty->away > 1u && duty->away % half == 1u && error <= duty->away_error) {
+    const uint32_t half = campaign_periods(0.5 * (stops ? AWAY_SECONDS : fmax(AWAY_SECONDS, duty->answer)));
+    const bool grows = !follows || error > duty->away_error;
+    if (!grows && duty->away > 1u && duty->away % half == 1u) {
         duty->away = 1u;
     }
+    const double near = fmax(error, AWAY_SPEED * duty->speed);
+    duty->away_torque = duty->away > 1u ? fmax(duty->away_torque, fabs(torque)) : fabs(torque);
+    duty->away_wound = duty->away > 1u ? duty->away_wound + duty->winding * near * RIG_PERIOD_SECONDS : 0.0;
     duty->away_error = duty->away % half == 1u ? error : duty->away_error;
-    if (duty->away > 2u * half) {
+    const bool wound = duty->away_wound > duty->away_torque || duty->away > campaign_periods(ANSWER_MOST);
+    if (duty->away > 2u * half && grows && (stops || wound)) {
         campaign_violated(watch, CAMPAIGN_I_AWAY, period, duty->away, "true_torque");
     }
 }
@@ -262,7 +277,7 @@ static double held(const campaign_watch_t *watch, const uint32_t *rows, double l
     const double torque = campaign_number(rows, CAMPAIGN_AT_true_torque);
     const double against = wanted * torque < 0.0 ? fabs(torque) : 0.0;
     const double least = campaign_invariants[CAMPAIGN_I_REACH].limit * duty->speed;
-    return wound(duty, (load + duty->drag) * duty->torque + against, fmax(fabs(wanted), least));
+    return winding_time(duty, (load + duty->drag) * duty->torque + against, fmax(fabs(wanted), least));
 }
 
 /* [periods] Time within which the shaft must reach its speed. */
@@ -307,22 +322,15 @@ static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, dou
            rows[CAMPAIGN_AT_refusal] != (uint32_t)REASON_ENABLE_HELD;
 }
 
-/* True if a load that varies with the angle needs more time for a cycle than the window of the mean speed.
- * The mean then contains the change of the speed by this load, which the speed control does not remove. */
-static bool is_slower_than_window(const campaign_duty_t *duty, const uint32_t *rows)
-{
-    const double wanted = fabs(campaign_number(rows, CAMPAIGN_AT_speed_request));
-    return duty->cycles * wanted < TURN / WINDOW_SECONDS && duty->cycles > 0.0;
-}
-
 static void judge_reach(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
     const uint32_t window = campaign_periods(WINDOW_SECONDS);
     const double load = fabs(campaign_number(rows, CAMPAIGN_AT_load_torque)) / duty->torque + duty->load;
+    const double wanted = fabs(campaign_number(rows, CAMPAIGN_AT_speed_request));
     const bool same = wishes_the_same(duty, rows);
     duty->brakes = same ? duty->brakes : brakes(watch, rows);
-    if (!same || is_slower_than_window(duty, rows) || !is_expected(watch, rows, load)) {
+    if (!same || wanted < duty->uneven || !is_expected(watch, rows, load)) {
         duty->since = 0u;
         duty->error = 0.0;
         duty->due = due_of(watch, rows, load);

@@ -223,6 +223,32 @@ static void test_a_load_that_changes_more_slowly_than_the_window_does_not_count_
     }
 }
 
+/* A load of six cycles per turn whose largest torque A is J (200 rad/s)^2 x 6/4: the energy J w^2/2 of the
+ * shaft is less than the 2 A/6 of half a cycle below 200 rad/s. */
+static void test_a_load_that_stops_the_shaft_in_each_cycle_does_not_count_as_a_wrong_speed(void)
+{
+    static const struct {
+        const char *rows;
+        int end;
+    } cases[] = {{"speed_request=190 omega_m_ref=190 true_omega_m=5", HELD},
+                 {"speed_request=210 omega_m_ref=210 true_omega_m=5", CAMPAIGN_I_REACH}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("", 0.0);
+        observed.quantities[CAMPAIGN_Q_motor_drawn] = 1.0;
+        observed.quantities[CAMPAIGN_Q_inertia] = 1e-5;
+        observed.quantities[CAMPAIGN_Q_run_up] = 4e-3;
+        const double share =
+            campaign_inertia(&observed) * 200.0 * 200.0 * 1.5 / campaign_motor(&observed).torque;
+        TEST_ASSERT_TRUE(share > 0.0 && share < 0.5);
+        observed.quantities[CAMPAIGN_Q_sine] = share;
+        observed.quantities[CAMPAIGN_Q_sine_cycles] = 6.0;
+        inject("", 0.0, 0.0);
+        set_rows(cases[n].rows);
+        pass(5.0);
+        expect(cases[n].end, campaign_invariants[CAMPAIGN_I_REACH].name);
+    }
+}
+
 /* The loop of the default motor has 200 rad/s, the smallest value of the rule: its lag is k_p/k_i = 5/200
  * s; 5 ms are added. */
 static void test_without_encoder_too_fast_a_shaft_may_last_for_the_lag_of_the_loop(void)
@@ -305,13 +331,14 @@ static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured
     }
 }
 
-/* The rated speed is 157 rad/s and the request 80 rad/s. The torque, 1.2 N m of 10.98 N m, drives the
+/* The rated speed is 157 rad/s and the request 80 rad/s. The torque, of a rated 10.98 N m, drives the
  * speed away from the request. In each quarter of three time constants the speed has the given error. The
  * load is 2 N m at first and has the given value [N m] from the middle on. */
-static void drive_away(const float errors[4], float load)
+static void drive_away_with(float torque, const float errors[4], float load)
 {
     judge_anew("", 0.0);
-    set_rows("speed_request=80 omega_m_ref=80 true_torque=1.2 load_torque=2");
+    set_rows("speed_request=80 omega_m_ref=80 load_torque=2");
+    put("true_torque", torque);
     const double answer = 3.0 * 14.0 / campaign_loop(&observed);
     for (int n = 0; n < 4; n++) {
         put("true_omega_m", 80.0f + errors[n]);
@@ -319,6 +346,11 @@ static void drive_away(const float errors[4], float load)
         pass(0.25 * answer + PERIOD);
     }
     pass(2.0 * PERIOD);
+}
+
+static void drive_away(const float errors[4], float load)
+{
+    drive_away_with(1.2f, errors, load);
 }
 
 /* After a load is removed the speed first rises; it returns within half of three time constants. */
@@ -330,6 +362,18 @@ static void test_a_torque_that_drives_the_speed_away_is_a_violation(void)
     expect_held(); /* it returns at the end */
     drive_away((const float[]){12.0f, 12.0f, 11.0f, 13.0f}, 2.0f);
     expect_held(); /* it returns in the middle */
+}
+
+/* With k_i = k_p w/3 and k_p = J w/K_t, a mean error of 10.5 rad/s in three time constants 1/w changes the
+ * torque of the integral by 10.5 J w. A larger torque needs more time. */
+static void test_the_integral_of_the_speed_control_has_the_time_to_change_by_the_torque(void)
+{
+    const float errors[4] = {9.0f, 10.0f, 11.0f, 12.0f};
+    const double wound = 10.5 * campaign_inertia(&observed) * campaign_speed_loop(&observed);
+    drive_away_with((float)(0.9 * wound), errors, 2.0f);
+    expect_violated(CAMPAIGN_I_AWAY);
+    drive_away_with((float)(1.1 * wound), errors, 2.0f);
+    expect_held();
 }
 
 /* A load is removed while the speed still approaches its reference after a reversal; the speed moves away

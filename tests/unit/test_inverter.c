@@ -119,8 +119,9 @@ static double complex lost_between(const abc_t *duties, double complex before, d
         double apart[2] = {0.0, 0.0};
         for (int x = 0; x < 3; x++) {
             if (x != leg) {
-                apart[0] += fabs(acts[0][x] - made[leg] - after);
-                apart[1] += fabs(acts[1][x] - made[leg] + after);
+                const double y = 0.5 * (acts[0][x] + acts[1][x]) - made[leg];
+                apart[0] += 0.5 * (fabs(y) + fabs(y - 2.0 * after));
+                apart[1] += 0.5 * (fabs(y) + fabs(y + 2.0 * after));
             }
         }
         next[0][leg] =

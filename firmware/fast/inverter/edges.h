@@ -6,18 +6,18 @@
  * sign s of the loss at an edge, the effective duty is d - e s there. With the means of three legs subtracted
  * from these duties, u' at the first and u" at the second edge, the current in the dead time is
  *
- *     i' = i_j - b_j - r_j f_j - A/4 u"_j - A/6 e + A/12 sum over x of |d_x - e s'_x - d_j - q|
- *     i" = i_j - b_j + r_j f_j + A/4 u'_j + A/6 e - A/12 sum over x of |d_x - e s"_x - d_j + q|
+ *     i' = i_j - b_j - r_j f_j - A/4 u"_j - A/6 e + A/24 sum over x of (|y_x| + |y_x - 2 q|)
+ *     i" = i_j - b_j + r_j f_j + A/4 u'_j + A/6 e - A/24 sum over x of (|y_x| + |y_x + 2 q|)
  *     f_j = (Di_j - A/2 (u'_j + u"_j))/2,   b_j = 3/16 omega T (j f)_j - 2 t/T f_j
- *     A = T u_dc/L,   e = T_e/T,   r_j = 1 - d_j,   s = sat(i/w)
+ *     y_x = d_x - e (s'_x + s"_x)/2 - d_j,   A = T u_dc/L,   e = T_e/T,   r_j = 1 - d_j,   s = sat(i/w)
  *
  * with the mean i_j of the currents at both ends of the period, their difference Di_j, and the other two legs
  * x. f_j is the change by EMF and resistance in half a period. b_j is the effect of an EMF that turns with
  * the speed omega, and of the time t by which dead time and delays move all edges but not the samples. s' and
- * s" are those of the last period. q = e z/(3 w) with z = A e/3 is the time after the middle of the dead
- * time, in which the current counts; it follows with w (medium/adapt/leg_zone.h) from the passage through
- * zero. Where the lower switches are sampled, d is their share, 1 - duty, and currents and voltages have the
- * opposite sign. Derivation: docs/theory.md, 12.
+ * s" are those of the last period. The change of the current by another leg that switches in the dead time
+ * counts the less the later it occurs: half of it between the middle of the dead time and 2 q, q = e z/(3 w),
+ * z = A e/3 (w: medium/adapt/leg_zone.h). Where the lower switches are sampled, d is their share, 1 - duty,
+ * and currents and voltages have the opposite sign. Derivation: docs/theory.md, 12.
  *
  * The state are the signs, which the caller keeps. Does not handle: b_j for other duties than 1/2, where the
  * parabola of the EMF has 1 - r_j^2 instead of 3/4. */
@@ -37,7 +37,9 @@ typedef struct {
     float turn;             /* 3/16 T [s] */
 } edges_tuning_t;
 
-/* Twice the signs at both edges of each leg, -2 to 2, positive in the direction of the sampled switches. */
+/* Eight times the signs at both edges of each leg, -8 to 8, positive in the direction of the sampled
+ * switches.
+ */
 typedef struct {
     abc_t first, second;
 } edges_t;
@@ -53,45 +55,48 @@ static inline edges_tuning_t edges_prepare(float period, float inductance, float
     };
 }
 
-/* Twice the sign of a current over the zone, which begins at -`below` and ends at 2 - `below`. */
+/* Eight times the sign of a current over a quarter of the zone, which begins at -`below` and ends at 8 -
+ * `below`. */
 static inline float edges_sign(float current, float below)
 {
-    return bounds_magnitude(current + below) - bounds_magnitude(current - (2.0f - below));
+    return bounds_magnitude(current + below) - bounds_magnitude(current - (8.0f - below));
 }
 
-/* Sum of the distances of one instant from two others. */
-static inline float edges_apart(float instant, float one, float other)
+/* Sum of the amounts of two instants, and of both less `later`. */
+static inline float edges_apart(float one, float other, float later)
 {
-    return bounds_magnitude(instant - one) + bounds_magnitude(instant - other);
+    return bounds_magnitude(one) + bounds_magnitude(other) +
+           (bounds_magnitude(one - later) + bounds_magnitude(other - later));
 }
 
 /* The signs of this period from those of the `last` one. `per_zone`: 1/w [1/A], `duty`: of the upper
  * switches, as commanded [-], `middle`: mean of the current in the period, `change`: its change [A],
  * `effective`: e [-], `omega_e`: speed at which the EMF turns [rad/s], `u_dc`: DC link [V]. No division.
- * Currents are over w, and duties are in the unit in which a whole period is A/12 over w, so that z/w is 8
- * `half`. */
+ * Currents are over w/4, and duties are in the unit in which a whole period is A/12 over w, so that z/w is 4
+ * `band`. */
 static inline edges_t edges_signs(const edges_tuning_t *edges, const edges_t *last, float per_zone,
                                   abc_t duty, ab_t middle, ab_t change, float effective, float omega_e,
                                   float u_dc)
 {
     const float way = edges->way;
-    const float scale = way * per_zone;
-    const float half_scale = 0.5f * scale;
+    const float half_scale = 2.0f * way * per_zone;
+    const float scale = 2.0f * half_scale;
     const float ampere = edges->current_per_volt * per_zone * u_dc;
-    const float half = 0.5f * effective * ampere;
-    const float after = 16.0f / 3.0f * half * half; /* q */
+    const float band = effective * ampere;
+    const float eighth = 0.125f * band;
+    const float later = 16.0f / 3.0f * band * band; /* 4 q */
     const float whole = edges->whole;
     const abc_t rest = {whole - way * duty.a, whole - way * duty.b, whole - way * duty.c};
     const abc_t own = {ampere * rest.a, ampere * rest.b, ampere * rest.c};
-    const abc_t fall = {own.a + half * last->first.a, own.b + half * last->first.b,
-                        own.c + half * last->first.c};
-    const abc_t rise = {own.a + half * last->second.a, own.b + half * last->second.b,
-                        own.c + half * last->second.c};
-    const float falls = fall.a + fall.b + fall.c;
-    const float rises = rise.a + rise.b + rise.c;
+    const abc_t fall = {own.a + eighth * last->first.a, own.b + eighth * last->first.b,
+                        own.c + eighth * last->first.c};
+    const abc_t rise = {own.a + eighth * last->second.a, own.b + eighth * last->second.b,
+                        own.c + eighth * last->second.c};
+    const float falls = 4.0f * (fall.a + fall.b + fall.c);
+    const float rises = 4.0f * (rise.a + rise.b + rise.c);
     const abc_t both = {fall.a + rise.a, fall.b + rise.b, fall.c + rise.c};
-    const ab_t drift = {half_scale * change.alpha + (3.0f * both.a - (falls + rises)),
-                        half_scale * change.beta + FRAMES_SQRT_3 * (both.b - both.c)};
+    const ab_t drift = {half_scale * change.alpha + (12.0f * both.a - (falls + rises)),
+                        half_scale * change.beta + 4.0f * FRAMES_SQRT_3 * (both.b - both.c)};
     const float lag = edges->lag;
     const float turn = edges->turn * omega_e;
     const abc_t at =
@@ -99,15 +104,18 @@ static inline edges_t edges_signs(const edges_tuning_t *edges, const edges_t *la
                                      scale * middle.beta + lag * drift.beta - turn * drift.alpha});
     const abc_t f = frames_inverse_clarke(drift);
     const abc_t swing = {rest.a * f.a, rest.b * f.b, rest.c * f.c};
-    const float early = 1.0f - 4.0f * half - rises; /* A/6 e, and the mean of the three legs */
-    const float late = 1.0f + 4.0f * half + falls;
+    const float early = 4.0f - 8.0f * band - rises; /* A/6 e, and the mean of the three legs */
+    const float late = 4.0f + 8.0f * band + falls;
+    const abc_t twice = {2.0f * own.a, 2.0f * own.b, 2.0f * own.c};
+    const abc_t ahead = {twice.a - both.b, twice.b - both.c, twice.c - both.a}; /* 2 y */
+    const abc_t behind = {twice.a - both.c, twice.b - both.a, twice.c - both.b};
     return (edges_t){
-        {edges_sign(at.a - swing.a + 3.0f * rise.a + edges_apart(own.a - after, fall.b, fall.c), early),
-         edges_sign(at.b - swing.b + 3.0f * rise.b + edges_apart(own.b - after, fall.c, fall.a), early),
-         edges_sign(at.c - swing.c + 3.0f * rise.c + edges_apart(own.c - after, fall.a, fall.b), early)},
-        {edges_sign(at.a + swing.a - 3.0f * fall.a - edges_apart(own.a + after, rise.b, rise.c), late),
-         edges_sign(at.b + swing.b - 3.0f * fall.b - edges_apart(own.b + after, rise.c, rise.a), late),
-         edges_sign(at.c + swing.c - 3.0f * fall.c - edges_apart(own.c + after, rise.a, rise.b), late)},
+        {edges_sign(at.a - swing.a + 12.0f * rise.a + edges_apart(ahead.a, behind.a, later), early),
+         edges_sign(at.b - swing.b + 12.0f * rise.b + edges_apart(ahead.b, behind.b, later), early),
+         edges_sign(at.c - swing.c + 12.0f * rise.c + edges_apart(ahead.c, behind.c, later), early)},
+        {edges_sign(at.a + swing.a - 12.0f * fall.a - edges_apart(ahead.a, behind.a, -later), late),
+         edges_sign(at.b + swing.b - 12.0f * fall.b - edges_apart(ahead.b, behind.b, -later), late),
+         edges_sign(at.c + swing.c - 12.0f * fall.c - edges_apart(ahead.c, behind.c, -later), late)},
     };
 }
 

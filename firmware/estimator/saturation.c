@@ -1,6 +1,6 @@
 #include "estimator/saturation.h"
 
-#include "math/root.h"
+#include "math/winding.h"
 
 #define SATURATION_DEEPEST 1e6f /* [-] i_q/I_s: the square stays in the range of a float */
 
@@ -10,7 +10,7 @@ float saturation_share(const saturation_params_t *params, float i_q)
         return 1.0f;
     }
     const float x = bounds_less(i_q / params->current, SATURATION_DEEPEST);
-    return (1.0f + params->bend) * inverse_root(1.0f + x * x);
+    return (1.0f + params->bend) * winding_saturation(x * x);
 }
 
 saturation_t saturation_prepare(const saturation_params_t *params)

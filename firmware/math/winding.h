@@ -12,6 +12,7 @@
 
 #include "math/bounds.h"
 #include "math/frames.h"
+#include "math/root.h"
 
 #define WINDING_SOUND                                                                                        \
     0.5f /* [-] of the least error of a sensor that is judged: largest sum of right currents */
@@ -36,6 +37,13 @@ static inline winding_t winding_prepare(float resistance, float inductance, floa
 static inline float winding_slow_link(float inductance, float range, float period)
 {
     return 0.02f * 1.5f * range * inductance / period;
+}
+
+/* The curve of a q axis that saturates: psi_q/(L_0 i_q) at this (i_q/I_s)^2 [-], 1/sqrt(1 + (i_q/I_s)^2). No
+ * division (docs/theory.md, 30). */
+static inline float winding_saturation(float square)
+{
+    return inverse_root(1.0f + square);
 }
 
 /* True if three measured currents add up to zero, compared with the least error of a sensor that is judged,

@@ -58,10 +58,15 @@ saturation_params_t params_saturation(const params_t *params, const assumed_t *a
     };
 }
 
-assumed_t params_configured(const params_t *params)
+float params_saturation_share(const params_t *params)
 {
     const saturation_params_t law = {.current = params->motor_saturation_current};
-    const float share = saturation_share(&law, SATURATION_AT * params->current_limit);
+    return saturation_share(&law, SATURATION_AT * params->current_limit);
+}
+
+assumed_t params_configured(const params_t *params)
+{
+    const float share = params_saturation_share(params);
     return (assumed_t){
         .resistance = params->motor_resistance + params->device_resistance,
         .inductance_d = params->motor_inductance_d,

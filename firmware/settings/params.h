@@ -403,6 +403,9 @@ saturation_params_t params_saturation(const params_t *params, const assumed_t *a
 /* Least incremental inductance in any direction, with at most current_limit [H]. */
 float params_inductance_least(const params_t *params, const assumed_t *assumed);
 
+/* The constant L_q of the observer over motor_inductance_q [-]; 1 without saturation. */
+float params_saturation_share(const params_t *params);
+
 /* The assumed values that a set of parameters gives for all values that can be learnt. */
 assumed_t params_configured(const params_t *params);
 

@@ -44,16 +44,19 @@
 assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
 {
     assumed_t assumed = params_configured(params);
-    const bool salient = params_salient(&assumed);
+    const bool stays = params_salient(&assumed) || assumed.bend != 0.0f;
     if (learnt->resistance.from == assumed.resistance) {
         assumed.resistance = learnt->resistance.value;
     }
-    if (learnt->inductance_q.from == params->motor_inductance_q && params->motor_saturation_current == 0.0f) {
+    if (learnt->inductance_q.from == params->motor_inductance_q) {
         /* exactly 1 for a round rotor: the drive then treats it as round, because the estimator needs more
          * time for a salient rotor */
         const float ratio = params->motor_inductance_d / params->motor_inductance_q;
-        assumed.inductance_d = salient ? assumed.inductance_d : ratio * learnt->inductance_q.value;
+        assumed.inductance_d = stays ? assumed.inductance_d : ratio * learnt->inductance_q.value;
         assumed.inductance_q = learnt->inductance_q.value;
+        if (assumed.bend != 0.0f) {
+            assumed.inductance_q *= params_saturation_share(params);
+        }
     }
     if (learnt->inertia.from == params->motor_inertia) {
         assumed.inertia = learnt->inertia.value;
@@ -123,13 +126,15 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     tuning->medium.offset_trim = offset_trim_prepare(&trim);
     const inductance_params_t inductance = {
         .inductance_d = assumed->inductance_d,
-        .inductance_q = assumed->inductance_q,
+        .inductance_q = (1.0f + assumed->bend) * assumed->inductance_q,
+        .observed_q = assumed->inductance_q,
+        .saturation = params->motor_saturation_current,
         .from = params->motor_inductance_q,
         .resistance = assumed->resistance,
         .resistance_from = params_configured(params).resistance,
         .flux_linkage = assumed->flux_linkage,
         .current_max = params->current_limit,
-        .rate = params->motor_saturation_current == 0.0f ? params->inductance_adaptation : 0.0f,
+        .rate = params->inductance_adaptation,
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,
         .ahead = DRIVE_LATENCY,

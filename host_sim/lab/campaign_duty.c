@@ -54,7 +54,7 @@ static double winding(const campaign_case_t *drawn)
 
 /* [s] Time in which the integral of the speed control changes by this torque [N m] at this error [rad/s]. A
  * light rotor has a small k_i, independent of its load. */
-static double wound(const campaign_duty_t *duty, double torque, double error)
+static double winding_time(const campaign_duty_t *duty, double torque, double error)
 {
     return fmin(torque / (duty->winding * error), ANSWER_MOST);
 }
@@ -211,7 +211,8 @@ static bool is_another_wish(campaign_duty_t *duty, const uint32_t *rows)
 }
 
 /* Distinguishes speed control from a runaway: if the torque responds to a load, or brakes a change of speed
- * caused by a load, the speed is nearer to its reference after half of the time. */
+ * caused by a load, the speed is nearer to its reference after half of the time. The speed control also has
+ * the time in which its integral changes by this torque. */
 static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
@@ -226,16 +227,17 @@ static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t 
     const bool away = stops || follows ? leaves(watch, rows, torque, wanted) : exceeds(watch, rows, torque);
     duty->away = is_another_wish(duty, rows) ? 0u : duty->away;
     duty->away = counted(runs && away, duty->away);
-    duty->away_torque = duty->away > 1u ? fmax(duty->away_torque, fabs(torque)) : fabs(torque);
-    const double near = fmax(error, AWAY_SPEED * duty->speed);
-    const double answer = fmax(duty->answer, wound(duty, duty->away_torque, near));
-    const double most = stops ? AWAY_SECONDS : fmax(AWAY_SECONDS, answer);
-    const uint32_t half = campaign_periods(0.5 * most);
-    if (follows && duty->away > 1u && duty->away % half == 1u && error <= duty->away_error) {
+    const uint32_t half = campaign_periods(0.5 * (stops ? AWAY_SECONDS : fmax(AWAY_SECONDS, duty->answer)));
+    const bool grows = !follows || error > duty->away_error;
+    if (!grows && duty->away > 1u && duty->away % half == 1u) {
         duty->away = 1u;
     }
+    const double near = fmax(error, AWAY_SPEED * duty->speed);
+    duty->away_torque = duty->away > 1u ? fmax(duty->away_torque, fabs(torque)) : fabs(torque);
+    duty->away_wound = duty->away > 1u ? duty->away_wound + duty->winding * near * RIG_PERIOD_SECONDS : 0.0;
     duty->away_error = duty->away % half == 1u ? error : duty->away_error;
-    if (duty->away > 2u * half) {
+    const bool wound = duty->away_wound > duty->away_torque || duty->away > campaign_periods(ANSWER_MOST);
+    if (duty->away > 2u * half && grows && (stops || wound)) {
         campaign_violated(watch, CAMPAIGN_I_AWAY, period, duty->away, "true_torque");
     }
 }
@@ -262,7 +264,7 @@ static double held(const campaign_watch_t *watch, const uint32_t *rows, double l
     const double torque = campaign_number(rows, CAMPAIGN_AT_true_torque);
     const double against = wanted * torque < 0.0 ? fabs(torque) : 0.0;
     const double least = campaign_invariants[CAMPAIGN_I_REACH].limit * duty->speed;
-    return wound(duty, (load + duty->drag) * duty->torque + against, fmax(fabs(wanted), least));
+    return winding_time(duty, (load + duty->drag) * duty->torque + against, fmax(fabs(wanted), least));
 }
 
 /* [periods] Time within which the shaft must reach its speed. */

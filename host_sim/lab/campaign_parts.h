@@ -170,6 +170,7 @@ typedef struct {
                                        link too high; enable = on without bridge and refusal */
     uint32_t away;         /* [periods] time for which the torque has increased the error of the speed */
     double away_torque;    /* [N m] largest torque in that time */
+    double away_wound;     /* [N m] by which the integral of the speed control changes in that time */
     double away_error;     /* [rad/s] error of the speed at the beginning of the second half of that time */
     uint32_t away_wish[4]; /* slots of the requests in that time, and of the load */
     bool coded;            /* control uses the encoder in the whole run */

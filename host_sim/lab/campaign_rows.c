@@ -184,13 +184,27 @@ bool campaign_has_encoder(const campaign_case_t *drawn)
     return CAMPAIGN_VALUE(drawn, encoder) != 0.0;
 }
 
-/* [rad/s] Bandwidth of the tracking loop, by the rule for another motor: it must follow an acceleration by
- * rated torque. */
+/* true: the parameter stays 0, and the rule of the drive applies. */
+static bool is_loop_by_rule(const campaign_case_t *drawn)
+{
+    return CAMPAIGN_VALUE(drawn, loop_share) == 1.0 || campaign_is_salient(drawn);
+}
+
+/* [N m/(kg m^2)] Acceleration that the tracking loop must follow: that by half of the configured torque at
+ * current_limit, as in the rule of the drive, or that by rated torque. */
+static double followed(const campaign_case_t *drawn)
+{
+    const double acceleration = campaign_motor(drawn).torque / campaign_inertia(drawn);
+    return is_loop_by_rule(drawn) ? 0.5 * acceleration * CAMPAIGN_VALUE(drawn, flux_configured) /
+                                        CAMPAIGN_VALUE(drawn, inertia_configured)
+                                  : acceleration;
+}
+
 double campaign_loop(const campaign_case_t *drawn)
 {
-    const campaign_motor_t motor = campaign_motor(drawn);
-    const double asked = 6.4 * sqrt(motor.pole_pairs * motor.torque / campaign_inertia(drawn));
-    return fmax(LOOP_MIN, fmin(asked, LOOP_MAX)) * CAMPAIGN_VALUE(drawn, loop_share);
+    const double asked = 6.4 * sqrt(campaign_motor(drawn).pole_pairs * followed(drawn));
+    return fmax(LOOP_MIN, fmin(asked, LOOP_MAX)) *
+           (is_loop_by_rule(drawn) ? 1.0 : CAMPAIGN_VALUE(drawn, loop_share));
 }
 
 double campaign_speed_loop(const campaign_case_t *drawn)
@@ -198,10 +212,9 @@ double campaign_speed_loop(const campaign_case_t *drawn)
     return campaign_loop(drawn) / LOOP_SLOWER;
 }
 
-/* If the share is 1, or the motor is salient, the parameter stays 0 and the rule of the drive applies. */
 static void set_loop(campaign_settings_t *to, const campaign_case_t *drawn)
 {
-    if (CAMPAIGN_VALUE(drawn, loop_share) == 1.0 || campaign_is_salient(drawn)) {
+    if (is_loop_by_rule(drawn)) {
         return;
     }
     const double bandwidth = campaign_loop(drawn);

@@ -305,13 +305,14 @@ static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured
     }
 }
 
-/* The rated speed is 157 rad/s and the request 80 rad/s. The torque, 1.2 N m of 10.98 N m, drives the
+/* The rated speed is 157 rad/s and the request 80 rad/s. The torque, of a rated 10.98 N m, drives the
  * speed away from the request. In each quarter of three time constants the speed has the given error. The
  * load is 2 N m at first and has the given value [N m] from the middle on. */
-static void drive_away(const float errors[4], float load)
+static void drive_away_with(float torque, const float errors[4], float load)
 {
     judge_anew("", 0.0);
-    set_rows("speed_request=80 omega_m_ref=80 true_torque=1.2 load_torque=2");
+    set_rows("speed_request=80 omega_m_ref=80 load_torque=2");
+    put("true_torque", torque);
     const double answer = 3.0 * 14.0 / campaign_loop(&observed);
     for (int n = 0; n < 4; n++) {
         put("true_omega_m", 80.0f + errors[n]);
@@ -319,6 +320,11 @@ static void drive_away(const float errors[4], float load)
         pass(0.25 * answer + PERIOD);
     }
     pass(2.0 * PERIOD);
+}
+
+static void drive_away(const float errors[4], float load)
+{
+    drive_away_with(1.2f, errors, load);
 }
 
 /* After a load is removed the speed first rises; it returns within half of three time constants. */
@@ -330,6 +336,18 @@ static void test_a_torque_that_drives_the_speed_away_is_a_violation(void)
     expect_held(); /* it returns at the end */
     drive_away((const float[]){12.0f, 12.0f, 11.0f, 13.0f}, 2.0f);
     expect_held(); /* it returns in the middle */
+}
+
+/* With k_i = k_p w/3 and k_p = J w/K_t, a mean error of 10.5 rad/s in three time constants 1/w changes the
+ * torque of the integral by 10.5 J w. A larger torque needs more time. */
+static void test_the_integral_of_the_speed_control_has_the_time_to_change_by_the_torque(void)
+{
+    const float errors[4] = {9.0f, 10.0f, 11.0f, 12.0f};
+    const double wound = 10.5 * campaign_inertia(&observed) * campaign_speed_loop(&observed);
+    drive_away_with((float)(0.9 * wound), errors, 2.0f);
+    expect_violated(CAMPAIGN_I_AWAY);
+    drive_away_with((float)(1.1 * wound), errors, 2.0f);
+    expect_held();
 }
 
 /* A load is removed while the speed still approaches its reference after a reversal; the speed moves away

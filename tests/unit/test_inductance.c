@@ -66,6 +66,7 @@ static void assume(const motor_t *motor)
     const inductance_params_t params = {
         .inductance_d = (float)(ratio * motor->l_d_from),
         .inductance_q = x.learnt.value,
+        .observed_q = x.learnt.value,
         .from = (float)motor->l_q_from,
         .resistance = x.resistance.value,
         .resistance_from = (float)motor->r_from,
@@ -644,6 +645,7 @@ static void believe_salient(double l_q_from)
     const inductance_params_t params = {
         .inductance_d = (float)L_D,
         .inductance_q = x.learnt.value,
+        .observed_q = x.learnt.value,
         .from = (float)l_q_from,
         .resistance = (float)R_TRUE,
         .resistance_from = (float)R_TRUE,

@@ -2,6 +2,7 @@
 
 #include "math/angle.h"
 #include "math/periods.h"
+#include "math/winding.h"
 #include "medium/adapt/gain.h"
 
 #define TWO_PI        6.2831853f
@@ -13,13 +14,15 @@
 #define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
 #define SHARE_MAX     0.5f                                    /* [-] */
 #define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: least i_q */
+#define MOVED         (INDUCTANCE_MOVED / INDUCTANCE_DITHER)  /* [-] of the dither: ends a pause */
 #define ANSWER_MIN    0.5f                                    /* [-] of the commanded i_d */
 #define ANSWER_MAX    1.5f                                    /* [-] of the commanded i_d */
 #define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
 #define SETTLED       0.2f /* [-] of the initial rate: at this rate R has been learnt for long enough */
 #define CERTAIN       0.9f /* [-] confidence from which a learnt value is kept at once */
-#define ALONG_MIN     0.2f /* [-] least t with which the angle shows L_q */
+#define ANSWER_LEAST  0.4f /* [-] least G with which the angle shows L_q: t of 0.2 without saturation */
 #define ALONG_MAX     3.0f /* [-] */
+#define FLUX_LEAST    0.1f /* [-] of psi_f: least psi_t */
 #define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: largest L that a noisy cycle can give */
 
 static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
@@ -36,9 +39,13 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
     };
 }
 
-/* True if L_q of a salient rotor is learnt: with a smaller ratio it could become a round one. */
-static bool learns_salient(const inductance_params_t *params)
+/* True if L_q is learnt. With a smaller ratio a salient rotor could become a round one; a round rotor has no
+ * dither that shows a saturation. */
+static bool learns(const inductance_params_t *params)
 {
+    if (!params->salient) {
+        return params->saturation == 0.0f;
+    }
     return params->salient_too && params->from >= INDUCTANCE_SALIENT_LEAST * params->inductance_d;
 }
 
@@ -49,18 +56,17 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
     return (inductance_tuning_t){
         .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2),
                  wave_of(params, INDUCTANCE_FREQUENCY_3)},
-        .rate = !params->salient || learns_salient(params) ? params->rate : 0.0f,
+        .rate = learns(params) ? params->rate : 0.0f,
         .from = params->from,
         .inductance_q = params->inductance_q,
-        .saliency = params->inductance_d - params->inductance_q,
-        .apart = params->salient ? params->inductance_q - params->inductance_d : 0.0f,
-        .ratio = params->inductance_q / params->inductance_d,
+        .knee = params->saturation > 0.0f ? 1.0f / (params->saturation * params->saturation) : 0.0f,
+        .observed_q = params->observed_q,
+        .inductance_d = params->inductance_d,
+        .ratio = params->salient ? 0.0f : params->inductance_q / params->inductance_d,
         .resistance = params->resistance,
         .resistance_from = params->resistance_from,
         .flux_linkage = params->flux_linkage,
         .current = current,
-        .shows = INDUCTANCE_EMF / (params->from * current),
-        .moved = INDUCTANCE_MOVED * params->current_max,
         .look = periods_of(INDUCTANCE_LOOK, step),
         .missed = periods_of(INDUCTANCE_MISSED, step),
         .rest = periods_of(INDUCTANCE_REST, step),
@@ -103,7 +109,7 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
 /* True if the response to the dither is beyond the errors of the voltage at this speed [rad/s]. */
 static bool shows(const inductance_t *x, float speed)
 {
-    return speed >= x->tuning.shows;
+    return speed * x->tuning.from * x->tuning.current >= INDUCTANCE_EMF;
 }
 
 /* True if i_q [A] makes enough torque that L affects the result. */
@@ -136,7 +142,7 @@ static uint32_t frequency_at(float omega, bool torque)
 /* True if R still has to be learnt at this speed [rad/s]. */
 static bool looks_for_resistance(const inductance_t *x, float speed)
 {
-    return x->tuning.apart == 0.0f && speed < INDUCTANCE_R_SPEED_MAX &&
+    return x->tuning.ratio != 0.0f && speed < INDUCTANCE_R_SPEED_MAX &&
            x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
@@ -179,25 +185,59 @@ static bool rests(inductance_t *x, float i_q)
     if (x->look.rests == 0u) {
         return false;
     }
-    x->look.rests = bounds_within(i_q - x->look.looked_at, x->tuning.moved) ? x->look.rests - 1u : 0u;
+    x->look.rests =
+        bounds_within(i_q - x->look.looked_at, MOVED * x->tuning.current) ? x->look.rests - 1u : 0u;
     x->follows = 0u;
     x->dither = (dq_t){0.0f, 0.0f};
     return x->look.rests != 0u;
 }
 
-/* The direction of constant torque at this current; false: a salient rotor has too little of i_q to show L_q.
- * T/(1.5 p) = psi_a i_q, psi_a = psi_f - D i_d: it is constant along di_q = t di_d, t = D i_q/psi_a. */
+/* psi_q of the assumed curve over i_q, relative to that without current [-]. */
+static float share_at(const inductance_tuning_t *tuning, float i_q)
+{
+    return tuning->knee != 0.0f ? winding_saturation(tuning->knee * i_q * i_q) : 1.0f;
+}
+
+/* The part of psi_q at this i_q [A] that the observer's constant L_q does not have [Wb]. */
+static float flux_beyond(const inductance_tuning_t *tuning, float i_q)
+{
+    return tuning->knee != 0.0f ? (share_at(tuning, i_q) * tuning->inductance_q - tuning->observed_q) * i_q
+                                : 0.0f;
+}
+
+/* Change of the flux along q per ampere of i_d, in the line of constant torque and at this current, over the
+ * error of L_q [-]. */
+static float answer_at(const inductance_t *x, dq_t current)
+{
+    const inductance_tuning_t *tuning = &x->tuning;
+    const float share = share_at(tuning, current.q);
+    const float square = share * share;
+    const float incremental = square * share * tuning->inductance_q;
+    const float slope = -3.0f * incremental * square * tuning->knee * current.q; /* of the incremental one */
+    const float less = incremental - tuning->inductance_d + slope * x->along * current.d;
+    return share * (square * x->along + current.q * less / x->flux);
+}
+
+/* The line of constant torque at this current; false: a salient rotor has too little of i_q to show L_q. With
+ * D_a and D_i of the apparent and the incremental L_q, T/(1.5 p) = psi_f i_q + L_d i_d i_q - psi_q i_d is
+ * constant along di_q = t di_d, t = D_a i_q/psi_t, psi_t = psi_f - D_i i_d. */
 static bool turns_with(inductance_t *x, const inductance_input_t *input)
 {
-    const float apart = x->tuning.apart;
-    if (apart == 0.0f) {
-        x->flux = x->tuning.flux_linkage;
+    const inductance_tuning_t *tuning = &x->tuning;
+    if (tuning->ratio != 0.0f) {
+        x->flux = tuning->flux_linkage;
         x->along = 0.0f;
         return true;
     }
-    x->flux = input->flux;
-    x->along = bounds_clamp(apart * input->current.q / input->flux, ALONG_MAX);
-    return !bounds_within(x->along, ALONG_MIN);
+    const float i_q = input->current.q;
+    const float share = share_at(tuning, i_q);
+    const float apparent = share * tuning->inductance_q;
+    /* psi_a contains the observer's L_q */
+    const float flux = input->flux - (share * share * apparent - tuning->observed_q) * input->current.d;
+    const float least = FLUX_LEAST * tuning->flux_linkage;
+    x->flux = flux > least ? flux : least;
+    x->along = bounds_clamp((apparent - tuning->inductance_d) * i_q / x->flux, ALONG_MAX);
+    return !bounds_within(answer_at(x, input->current), ANSWER_LEAST);
 }
 
 /* Begins a cycle. false: the conditions for a result are not met. */
@@ -216,7 +256,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     if (x->follows == 0u) {
         x->swing.i_d = 0.0f;
         x->emf_mean.q = input->emf.q;
-        x->emf_mean.d = input->emf.d;
+        x->emf_mean.d = input->emf.d + input->omega_smooth * flux_beyond(&x->tuning, input->current.q);
         x->turned = 0.0f;
         x->theta = input->theta;
         x->mean = input->current;
@@ -267,9 +307,10 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
     }
     const inductance_tuning_t *tuning = &x->tuning;
     const float miss =
-        tuning->apart == 0.0f
-            ? tuning->ratio * (per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) / omega - tuning->saliency)
-            : -0.5f * per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * x->along);
+        tuning->ratio != 0.0f
+            ? tuning->ratio * (per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) / omega -
+                               (tuning->inductance_d - tuning->inductance_q))
+            : -per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * answer_at(x, x->mean));
     const float said = tuning->inductance_q + miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
@@ -299,7 +340,7 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
 {
     const float share = *rate * time;
     const float next = lowpass_step(learnt->value, share < SHARE_MAX ? share : SHARE_MAX, said);
-    const float least = (tuning->apart > 0.0f ? INDUCTANCE_SALIENT_MIN : INDUCTANCE_MIN) * learnt->from;
+    const float least = (tuning->ratio == 0.0f ? INDUCTANCE_SALIENT_MIN : INDUCTANCE_MIN) * learnt->from;
     const float most = INDUCTANCE_MAX * learnt->from;
     learnt->value = next < most ? (next > least ? next : least) : most;
     *rate = gain_step(*rate, tuning->rate, time);
@@ -340,7 +381,7 @@ static void end(inductance_t *x, float omega_smooth)
         const inductance_tuning_t *tuning = &x->tuning;
         const float time = (float)wave->steps * tuning->time;
         oppose(x, wave);
-        if (tuning->apart == 0.0f && steady == STEADY && x->voltage_known != 0u &&
+        if (tuning->ratio != 0.0f && steady == STEADY && x->voltage_known != 0u &&
             bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
             learnt = true;
@@ -354,11 +395,23 @@ static void end(inductance_t *x, float omega_smooth)
     look(x, said > 0.0f, learnt, bounds_magnitude(omega_smooth));
 }
 
-/* The voltage along d of a salient rotor whose active flux changes because the loop, and with it the current,
- * turns by this angle [rad] in a step: psi_a t d(turned)/dt [V]. */
-static float flux_change(const inductance_t *x, float turned)
+/* Takes the EMF along d [V] into its low-pass; the rest of it [V]. */
+static float beyond_mean(inductance_t *x, float e_d)
 {
-    return x->along != 0.0f ? x->flux * x->along * turned / x->tuning.time : 0.0f;
+    x->emf_mean.d = lowpass_step(x->emf_mean.d, x->tuning.mean_share, e_d);
+    return e_d - x->emf_mean.d;
+}
+
+/* The high-passed voltage along d of a salient rotor [V], without that of the flux that the observer's L_q
+ * does not have, and without (L_q - L_d) i_q d(turned)/dt: its flux changes because the current turns with
+ * the loop, by which x->turned was `before` at the last step. The speed is that of the rotor, constant in a
+ * cycle: the smooth speed of the loop moves with the dither while the drive brakes (docs/theory.md, 24). */
+static float salient_drop(inductance_t *x, const inductance_input_t *input, float before)
+{
+    const inductance_tuning_t *tuning = &x->tuning;
+    const float known = x->omega * flux_beyond(tuning, input->current.q);
+    const float moved = (tuning->observed_q - tuning->inductance_d) * x->mean.q;
+    return beyond_mean(x, input->emf.d + known) - moved * (x->turned - before) / tuning->time;
 }
 
 /* The part of the mean of i_q [A] that comes from a change of i_d from one step to the next [A]. The mean is
@@ -413,9 +466,8 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->theta = input->theta;
     const float before = x->turned;
     x->turned = (1.0f - share) * (x->turned + moved);
-    x->emf_mean.d = lowpass_step(x->emf_mean.d, share, input->emf.d);
-    const float drop =
-        input->emf.d - x->emf_mean.d - x->flux * x->omega * x->turned - flux_change(x, x->turned - before);
+    const float e_d = x->along == 0.0f ? beyond_mean(x, input->emf.d) : salient_drop(x, input, before);
+    const float drop = e_d - x->flux * x->omega * x->turned;
     x->sum.drop += drop * s;
     x->sum.drop_c += drop * c;
     x->sum.detector += bounds_magnitude(input->detector);

@@ -51,8 +51,11 @@
  *
  *     e_d - psi_a (omega turned + t d(turned)/dt), per ampere in step: 2 omega t (assumed - true L_q)
  *
+ * If the q axis saturates, the whole curve psi_q(i_q) has one unknown factor, and the same law has psi_t in
+ * place of psi_a and another factor G (docs/theory.md, 24). L_q is then the one without current.
+ *
  * L_d then stays, and R is not learnt. Above L_q = 1.1 L_d without `salient_too`, and up to 1.5 L_d, the rate
- * is 0. One division more at each cycle's end, and one in each step. Does not handle: saturation. */
+ * is 0; so it is for a round rotor that saturates. Two divisions more in a cycle. */
 #ifndef MEDIUM_ADAPT_INDUCTANCE_H
 #define MEDIUM_ADAPT_INDUCTANCE_H
 
@@ -93,7 +96,9 @@
 
 typedef struct {
     float inductance_d;    /* assumed L_d [H], above 0 */
-    float inductance_q;    /* assumed L_q [H], above 0 */
+    float inductance_q;    /* assumed L_q without saturation [H], above 0 */
+    float observed_q;      /* constant L_q of the observer [H]: of the same curve */
+    float saturation;      /* I_s of the q axis [A]; 0: it does not saturate */
     float from;            /* L_q of the parameters [H], above 0 */
     float resistance;      /* assumed R [ohm], above 0 */
     float resistance_from; /* R of the parameters [ohm], above 0 */
@@ -118,16 +123,15 @@ typedef struct {
     inductance_wave_t wave[INDUCTANCE_FREQUENCIES];
     float rate;            /* initial rate [1/s]; 0 = off, and for a salient rotor */
     float from;            /* L_q of the parameters [H] */
-    float inductance_q;    /* L_q that the observer uses [H] */
-    float saliency;        /* L_d - L_q of the assumed values [H] */
-    float apart;           /* L_q - L_d of a salient rotor; 0: of a round one [H] */
-    float ratio;           /* L_q/L_d [-] */
+    float inductance_q;    /* assumed L_q, without saturation [H] */
+    float knee;            /* 1/I_s^2 [1/A^2]; 0: no saturation */
+    float observed_q;      /* constant L_q of the observer [H] */
+    float inductance_d;    /* assumed L_d [H] */
+    float ratio;           /* L_q/L_d of a round rotor; 0: the rotor is salient [-] */
     float resistance;      /* R that the observer uses [ohm] */
     float resistance_from; /* R of the parameters [ohm] */
     float flux_linkage;    /* psi_f [Wb] */
     float current;         /* amplitude of the dither [A] */
-    float shows;           /* speed from which L is learnt [rad/s] electrical */
-    float moved;           /* change of i_q that ends a pause [A] */
     uint32_t look;         /* [steps] INDUCTANCE_LOOK */
     uint32_t missed;       /* [steps] of cycles without a value that end an interval */
     uint32_t rest;         /* [steps] INDUCTANCE_REST */
@@ -186,7 +190,7 @@ typedef struct {
     float omega;            /* at the beginning [rad/s] */
     float theta;            /* at the last step [rad] */
     float turned;           /* high-pass of the loop's angle [rad] */
-    float flux;             /* psi_a at the beginning; of a round rotor psi_f [Wb] */
+    float flux;             /* change of the flux along q per angle of the loop, at the beginning [Wb] */
     float along;            /* t: i_q of the dither over its i_d at constant torque [-] */
     dq_t emf_mean;          /* low-pass of the EMF [V] */
     dq_t mean;              /* low-pass of the current [A] */

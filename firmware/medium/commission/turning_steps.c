@@ -3,8 +3,8 @@
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/periods.h"
-#include "math/root.h"
 #include "math/trig.h"
+#include "math/winding.h"
 
 #define BIAS         0.5f  /* of the largest current: i_d of the flux test [-] */
 #define BIAS_TORQUE  0.25f /* the same of the torque test [-] */
@@ -106,7 +106,7 @@ static float lengthening(const commission_tuning_t *tuning, const turning_input_
 static float apparent(const commission_tuning_t *tuning, float i_q)
 {
     const float x = tuning->saturation > 0.0f ? i_q / tuning->saturation : 0.0f;
-    return tuning->inductance_q * inverse_root(1.0f + x * x);
+    return tuning->inductance_q * winding_saturation(x * x);
 }
 
 /* The observer assumes a constant L_q. If the axis saturates, c = psi_q - L_q i_q adds -omega c along the

@@ -170,11 +170,7 @@ void drive_withdraw(drive_t *drive)
 
 learnt_t drive_learnt(const drive_t *drive)
 {
-    return (learnt_t){
-        .resistance = drive->medium.inductance.resistance,
-        .inductance_q = drive->medium.inductance.learnt,
-        .inertia = drive->medium.inertia.learnt,
-    };
+    return medium_learnt(&drive->medium, measure_noise(&drive->fast.measure));
 }
 
 void drive_request(drive_t *drive, const requests_t *next)

@@ -219,6 +219,7 @@ static void demand(fast_t *fast, fast_orders_t orders, bool left)
         .encoder = &fast->shaft.frame,
         .omega_m = fast->omega_m,
         .estimating = fast->estimating,
+        .period = fast->sum.periods,
     };
     reference_t *reference = &fast->reference;
     const frame_t last = fast->demand.frame;

@@ -97,9 +97,9 @@ static void add_scatter(measure_noise_t *noise, const drive_samples_t *samples, 
 
 /* White noise of two sensors has a `step` of four times its variance and an equal `leap`; a current that is
  * sampled finely has a `leap` of four times its `step`. */
-static bool is_noisy(const measure_noise_t *noise)
+static bool is_white(const measure_noise_t *noise)
 {
-    return noise->step > 4.0f * MEASURE_NOISY * MEASURE_NOISY && noise->leap < 2.0f * noise->step;
+    return noise->leap < 2.0f * noise->step;
 }
 
 calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuning,
@@ -124,7 +124,9 @@ calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuni
         return CALIBRATION_GOES_ON;
     }
     rest->unsure = is_quiet(rest) ? 0u : 1u;
-    return is_noisy(&measure->noise) ? CALIBRATION_NOISY : judged(tuning, measure->offset);
+    measure->noise.step = is_white(&measure->noise) ? measure->noise.step : 0.0f;
+    return measure_noise(measure) > MEASURE_NOISY * MEASURE_NOISY ? CALIBRATION_NOISY
+                                                                  : judged(tuning, measure->offset);
 }
 
 void measure_begin_rest(measure_t *measure)

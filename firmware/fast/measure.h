@@ -79,7 +79,8 @@ typedef enum {
 typedef struct {
     float a[2]; /* [A] the last value and the one before, of sensor a */
     float b[2]; /* [A] the same of sensor b */
-    float step; /* [A^2] mean square of the change from one sample to the next, of both sensors together */
+    float step; /* [A^2] mean square of the change from one sample to the next, of both sensors together; 0
+                   after a calibration in which a current flowed */
     float leap; /* [A^2] the same from one sample to the next but one */
 } measure_noise_t;
 

@@ -16,6 +16,7 @@
 #include "fast/window.h"
 #include "guard/guard.h"
 #include "medium/adapt/angle_sigma.h"
+#include "medium/adapt/assumed.h"
 #include "medium/adapt/dead_time_learn.h"
 #include "medium/adapt/emf_shape.h"
 #include "medium/adapt/flux.h"
@@ -165,5 +166,9 @@ void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t
 
 /* Latches a fault, with the measurements at that time; `window`: the newest. */
 void medium_stop(medium_t *medium, const window_t *window, drive_fault_t stop);
+
+/* What the drive has learnt. `noise_square`: of a current sensor, mean square [A^2]; it is valid after the
+ * calibration. */
+learnt_t medium_learnt(const medium_t *medium, float noise_square);
 
 #endif

@@ -228,3 +228,14 @@ void medium_learn(medium_t *medium, const medium_tuning_t *tuning, const window_
     learn_inductance(medium, window);
     judge_angle(medium, tuning, window);
 }
+
+learnt_t medium_learnt(const medium_t *medium, float noise_square)
+{
+    const bool calibrated = medium->sequence.state > (int32_t)DRIVE_NOT_READY;
+    return (learnt_t){
+        .resistance = medium->inductance.resistance,
+        .inductance_q = medium->inductance.learnt,
+        .inertia = medium->inertia.learnt,
+        .noise_square = calibrated ? noise_square : 0.0f,
+    };
+}

@@ -1,5 +1,6 @@
 #include "settings/params.h"
 
+#include "math/filter.h"
 #include "math/root.h"
 #include "settings/rules.h"
 
@@ -342,9 +343,15 @@ void params_estimator(const params_t *params, const assumed_t *assumed, estimato
 #define START_ACCELERATION 0.15f /* [-] of the acceleration by the start's current, by the rule */
 #define START_TIME         0.3f  /* [s] least time from standstill to hand-over, by the rule */
 #define HANDOVER_EMF       1.15f /* [-] over the voltage of dead time and resistance, by the rule */
-#define HANDOVER_SPEED_MAX 0.3f  /* [-] of overspeed_trip, by the rule */
-#define FALLBACK_SHARE     0.4f  /* [-] of the hand-over's speed, by the rule */
-#define CATCH_SHARE        0.5f  /* [-] of the hand-over's speed, for the slowest rotor that is caught */
+/* [-] configured EMF over the standard deviation of its noise, by the rule: with a psi_f that is configured
+ * 30 % too large the EMF is 6.3 times its noise. The mean square of the detector is then 0.025, half of the
+ * largest one at a hand-over. */
+#define HANDOVER_NOISE     8.2f
+#define ROOT_2             1.41421356f
+#define DRIVE_RATE         (1.0f / DRIVE_PERIOD) /* [1/s] */
+#define HANDOVER_SPEED_MAX 0.3f                  /* [-] of overspeed_trip, by the rule */
+#define FALLBACK_SHARE     0.4f                  /* [-] of the hand-over's speed, by the rule */
+#define CATCH_SHARE        0.5f /* [-] of the hand-over's speed, for the slowest rotor that is caught */
 
 /* The largest current of a start [A]. Above psi_f/D a salient rotor no longer rests on the current's axis,
  * and on that axis it has no EMF. */
@@ -354,6 +361,29 @@ static float start_most(const params_t *params, const assumed_t *assumed)
     const float most = START_SALIENT * assumed->flux_linkage;
     const bool less = params_salient(assumed) && most < saliency * params->current_limit;
     return less ? most / saliency : params->current_limit;
+}
+
+/* Standard deviation of the observed EMF by the noise of the current sensors [V]. The observer makes
+ * L (n(k) - n(k-1))/T of the noise n; of its variance the low-pass with the share a leaves a^2/(1 - a/2). */
+static float emf_noise(const params_t *params, const assumed_t *assumed)
+{
+    if (assumed->noise == 0.0f) {
+        return 0.0f;
+    }
+    const float cutoff = params->observer_emf_cutoff;
+    const float share = cutoff > 0.0f ? lowpass_share(cutoff, DRIVE_PERIOD) : 1.0f;
+    const float left = 1.0f - 0.5f * share;
+    return share * inverse_root(left) * assumed->inductance_q / DRIVE_PERIOD * assumed->noise;
+}
+
+/* A share a is at most omega_s T and 1, and (1 - a/2)^(1/2) at least 2^(-1/2). */
+float params_noise(const params_t *params, const assumed_t *assumed, float noise)
+{
+    const float cutoff = params->observer_emf_cutoff;
+    const bool filtered = cutoff > 0.0f && cutoff < DRIVE_RATE;
+    const float most = ROOT_2 * (filtered ? cutoff : DRIVE_RATE) * assumed->inductance_q * noise;
+    const float dead_voltage = params->dead_time * DRIVE_RATE * params->dc_overvoltage;
+    return HANDOVER_NOISE * most > HANDOVER_EMF * dead_voltage ? noise : 0.0f;
 }
 
 start_params_t params_start(const params_t *params, const assumed_t *assumed)
@@ -370,8 +400,9 @@ start_params_t params_start(const params_t *params, const assumed_t *assumed)
     };
     if (start.handover_speed == 0.0f) {
         const float resistive = assumed->resistance * start.current;
-        const float largest = start.dead_voltage > resistive ? start.dead_voltage : resistive;
-        const float needed = HANDOVER_EMF * largest / emf_per_speed;
+        const float mistaken = HANDOVER_EMF * bounds_more(start.dead_voltage, resistive);
+        const float needed =
+            bounds_more(mistaken, HANDOVER_NOISE * emf_noise(params, assumed)) / emf_per_speed;
         const float fastest = HANDOVER_SPEED_MAX * params->overspeed_trip;
         start.handover_speed = needed < fastest ? needed : fastest;
     }

@@ -183,7 +183,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "least 0.3 s to handover_speed")                                                                       \
     F(52, handover_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
       "mechanical speed above which the control uses the estimated angle; 0: by rule, where the EMF "        \
-      "exceeds the voltages of dead time and R I")                                                           \
+      "exceeds the voltages of dead time and R I, and the noise of the currents")                            \
     F(53, fallback_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
       "mechanical speed below which the control uses a forced frame; 0: 0.4 of handover_speed")              \
     I(54, start_tries, "-", 3, 1, 100, TABLE_LIVE,                                                           \
@@ -422,6 +422,10 @@ typedef struct {
 } start_params_t;
 
 start_params_t params_start(const params_t *params, const assumed_t *assumed);
+
+/* This noise of a current sensor [A], or 0 if it is certain that it does not change the hand-over speed. No
+ * exponential, no division. */
+float params_noise(const params_t *params, const assumed_t *assumed, float noise);
 
 /* Values in use of the rows that have a rule: the configured value, or the rule where it is 0. */
 typedef struct {

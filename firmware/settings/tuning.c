@@ -61,6 +61,9 @@ assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
     if (learnt->inertia.from == params->motor_inertia) {
         assumed.inertia = learnt->inertia.value;
     }
+    /* A salient rotor swings in the forced frame, and is handed over as soon as possible. */
+    assumed.noise =
+        params_salient(&assumed) ? 0.0f : params_noise(params, &assumed, root_or_none(learnt->noise_square));
     return assumed;
 }
 

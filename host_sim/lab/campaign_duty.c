@@ -59,6 +59,19 @@ static double winding_time(const campaign_duty_t *duty, double torque, double er
     return fmin(torque / (duty->winding * error), ANSWER_MOST);
 }
 
+/* [rad/s] Speed below which the mean speed of a window contains the change of the speed by a load that varies
+ * with the angle, or below which a shaft by itself does not pass the largest torque A of this load: its
+ * energy, J w^2/2, is then less than the 2 A/n that the load takes in half of one of its n cycles. The shaft
+ * stops in every cycle, until the integral of the speed control has reached A, and is then released. */
+static double uneven_of(const campaign_case_t *drawn, double torque)
+{
+    const double cycles = CAMPAIGN_VALUE(drawn, sine_cycles);
+    const double most = CAMPAIGN_VALUE(drawn, sine) * torque;
+    return most != 0.0
+               ? fmax(TURN / WINDOW_SECONDS / cycles, 2.0 * sqrt(most / (cycles * campaign_inertia(drawn))))
+               : 0.0;
+}
+
 void campaign_duty_begin(campaign_watch_t *watch)
 {
     const campaign_case_t *drawn = watch->drawn;
@@ -74,7 +87,7 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .load = campaign_load(drawn),
         .drag = drag_of(drawn),
         .creep = creep_of(drawn, watch->motor.torque),
-        .cycles = CAMPAIGN_VALUE(drawn, sine) != 0.0 ? CAMPAIGN_VALUE(drawn, sine_cycles) : 0.0,
+        .uneven = uneven_of(drawn, watch->motor.torque),
         .answer = fmin(ANSWERS / campaign_speed_loop(drawn), ANSWER_MOST),
         .winding = winding(drawn),
         .lag = LOOP_LAG / campaign_loop(drawn),
@@ -309,22 +322,15 @@ static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, dou
            rows[CAMPAIGN_AT_refusal] != (uint32_t)REASON_ENABLE_HELD;
 }
 
-/* True if a load that varies with the angle needs more time for a cycle than the window of the mean speed.
- * The mean then contains the change of the speed by this load, which the speed control does not remove. */
-static bool is_slower_than_window(const campaign_duty_t *duty, const uint32_t *rows)
-{
-    const double wanted = fabs(campaign_number(rows, CAMPAIGN_AT_speed_request));
-    return duty->cycles * wanted < TURN / WINDOW_SECONDS && duty->cycles > 0.0;
-}
-
 static void judge_reach(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
     const uint32_t window = campaign_periods(WINDOW_SECONDS);
     const double load = fabs(campaign_number(rows, CAMPAIGN_AT_load_torque)) / duty->torque + duty->load;
+    const double wanted = fabs(campaign_number(rows, CAMPAIGN_AT_speed_request));
     const bool same = wishes_the_same(duty, rows);
     duty->brakes = same ? duty->brakes : brakes(watch, rows);
-    if (!same || is_slower_than_window(duty, rows) || !is_expected(watch, rows, load)) {
+    if (!same || wanted < duty->uneven || !is_expected(watch, rows, load)) {
         duty->since = 0u;
         duty->error = 0.0;
         duty->due = due_of(watch, rows, load);

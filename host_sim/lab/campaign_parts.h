@@ -88,7 +88,8 @@ void campaign_say_value(campaign_writing_t *text, const table_row_t *row, double
 /* campaign_around.c: writes the scenario with its errors. Expectations that end after the run are omitted. */
 void campaign_say_around(campaign_writing_t *text, const campaign_case_t *drawn, const char *what);
 
-/* [rad/s] mechanical: handover_speed that the drive computes for the configured motor. */
+/* [rad/s] mechanical: handover_speed that the drive computes for the configured motor with sensors without
+ * noise. */
 double campaign_handover_speed(const campaign_case_t *drawn);
 
 /* [rad] electrical: turn within which the drive must detect a fault. */
@@ -180,11 +181,11 @@ typedef struct {
     uint32_t stopping;     /* [periods] since the quick stop began */
     double stop_most;      /* [s] permitted duration of the quick stop; 0: it is not judged */
     double creep;          /* [rad/s] speed below which the plant's friction is smaller than dry friction */
-    double cycles;         /* [-] cycles per turn of a load that varies with the angle; 0: there is none */
-    uint32_t wish[4];      /* slots of the last requests, and of the load */
-    double due;            /* [periods] time from the request to the arrival of the speed */
-    uint32_t since;        /* [periods] since the request has changed */
-    double error;          /* [rad/s] sum of the present window */
+    double uneven; /* [rad/s] speed below which a load that varies with the angle moves the shaft unevenly */
+    uint32_t wish[4]; /* slots of the last requests, and of the load */
+    double due;       /* [periods] time from the request to the arrival of the speed */
+    uint32_t since;   /* [periods] since the request has changed */
+    double error;     /* [rad/s] sum of the present window */
 } campaign_duty_t;
 
 /* campaign_reasons.c: the true events, with which the reason of a fault is compared. */

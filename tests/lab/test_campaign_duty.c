@@ -223,6 +223,32 @@ static void test_a_load_that_changes_more_slowly_than_the_window_does_not_count_
     }
 }
 
+/* A load of six cycles per turn whose largest torque A is J (200 rad/s)^2 x 6/4: the energy J w^2/2 of the
+ * shaft is less than the 2 A/6 of half a cycle below 200 rad/s. */
+static void test_a_load_that_stops_the_shaft_in_each_cycle_does_not_count_as_a_wrong_speed(void)
+{
+    static const struct {
+        const char *rows;
+        int end;
+    } cases[] = {{"speed_request=190 omega_m_ref=190 true_omega_m=5", HELD},
+                 {"speed_request=210 omega_m_ref=210 true_omega_m=5", CAMPAIGN_I_REACH}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("", 0.0);
+        observed.quantities[CAMPAIGN_Q_motor_drawn] = 1.0;
+        observed.quantities[CAMPAIGN_Q_inertia] = 1e-5;
+        observed.quantities[CAMPAIGN_Q_run_up] = 4e-3;
+        const double share =
+            campaign_inertia(&observed) * 200.0 * 200.0 * 1.5 / campaign_motor(&observed).torque;
+        TEST_ASSERT_TRUE(share > 0.0 && share < 0.5);
+        observed.quantities[CAMPAIGN_Q_sine] = share;
+        observed.quantities[CAMPAIGN_Q_sine_cycles] = 6.0;
+        inject("", 0.0, 0.0);
+        set_rows(cases[n].rows);
+        pass(5.0);
+        expect(cases[n].end, campaign_invariants[CAMPAIGN_I_REACH].name);
+    }
+}
+
 /* The loop of the default motor has 200 rad/s, the smallest value of the rule: its lag is k_p/k_i = 5/200
  * s; 5 ms are added. */
 static void test_without_encoder_too_fast_a_shaft_may_last_for_the_lag_of_the_loop(void)

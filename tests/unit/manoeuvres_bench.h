@@ -241,6 +241,7 @@ static inline void step(void)
         .encoder = &encoder,
         .omega_m = rotor.omega_e * m.limits.pole_pairs_inverse,
         .estimating = 1u,
+        .period = in_window,
     };
     sum_up();
     period++;

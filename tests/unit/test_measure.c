@@ -305,6 +305,9 @@ static void test_sensors_that_scatter_too_much_are_noisy(void)
             last = calibrate();
         }
         TEST_ASSERT_EQUAL(n < 2u ? CALIBRATION_GOOD : CALIBRATION_NOISY, last);
+        /* of N squares of a normal variable the mean scatters by (2/N)^(1/2), here of some 1000 */
+        TEST_ASSERT_FLOAT_WITHIN(0.25f * deviation * deviation, deviation * deviation,
+                                 measure_noise(&measure));
     }
 }
 
@@ -327,6 +330,7 @@ static void test_a_current_is_no_noise(void)
             current = frames_inverse_park((dq_t){current.alpha, current.beta}, step);
         }
         TEST_ASSERT_EQUAL(CALIBRATION_GOOD, last);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, measure_noise(&measure));
     }
 }
 

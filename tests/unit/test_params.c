@@ -3,6 +3,7 @@
 
 #include "settings/reasons.h"
 #include "settings/requests.h"
+#include "settings/tuning.h"
 #include "tests/unit/rows.h"
 
 static params_t params;
@@ -307,6 +308,40 @@ static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
     params.motor_inertia = 0.003f; /* 30 rad/s within 0.3 s, not 549 rad/s^2 */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 100.0f, start_of().ramp);
     TEST_ASSERT_TRUE(params_check(&params, &why));
+}
+
+/* With L = 0.1 H and 20 mA of noise L n/T is 20 V. The low-pass of 2500 rad/s has the share a = 1 - exp(-1/4)
+ * = 0.2212, and leaves a/(1 - a/2)^(1/2) = 0.23456 of it, 4.691 V. The hand-over is at 8.2 times this over
+ * 0.732 V s. Without the low-pass 2^(1/2) of 20 V is left, which is limited to 0.3 of the trip. */
+static void test_noise_of_the_currents_moves_the_hand_over(void)
+{
+    params.motor_inductance_d = params.motor_inductance_q = 0.1f;
+    learnt_t learnt = {.noise_square = 0.02f * 0.02f};
+    assumed_t assumed = drive_assumed(&params, &learnt);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.02f, assumed.noise);
+    TEST_ASSERT_FLOAT_WITHIN(5e-3f, 52.551f, params_start(&params, &assumed).handover_speed);
+    params.observer_emf_cutoff = 0.0f;
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.3f * params.overspeed_trip,
+                             params_start(&params, &assumed).handover_speed);
+    params.handover_speed = 25.0f; /* a configured speed is used */
+    TEST_ASSERT_EQUAL_FLOAT(25.0f, params_start(&params, &assumed).handover_speed);
+}
+
+/* Of 3.9 mA the low-pass leaves at most 2^(1/2) x 2500 rad/s x L n = 1.379 V, and 8.2 times this are 11.3 V,
+ * less than 1.15 x 10 V; the noise then makes no new tuning, and neither does that of a salient rotor. */
+static void test_noise_without_effect_is_not_assumed(void)
+{
+    params.motor_inductance_d = params.motor_inductance_q = 0.1f;
+    learnt_t learnt = {.noise_square = 3.9e-3f * 3.9e-3f};
+    const assumed_t configured = params_configured(&params);
+    const assumed_t quiet = drive_assumed(&params, &learnt);
+    TEST_ASSERT_FALSE(assumed_moved(&configured, &quiet));
+    learnt.noise_square = 4.0e-3f * 4.0e-3f;
+    const assumed_t loud = drive_assumed(&params, &learnt);
+    TEST_ASSERT_TRUE(assumed_moved(&configured, &loud));
+    TEST_ASSERT_FALSE(assumed_moved(&loud, &loud));
+    params.motor_inductance_d = 0.02f;
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, drive_assumed(&params, &learnt).noise);
 }
 
 static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)

@@ -22,6 +22,7 @@ static uint32_t recorded, length; /* [periods] of this part: so far, in all */
 static params_t prepared;         /* the newest set whose tuning was prepared, */
 static assumed_t prepared_with;   /* with this assumption */
 static bool unrecorded;           /* the tuning of the last drive_prepare() is not in the recording yet */
+static uint32_t found;            /* bit n: in period n of a window a catch has found its rotor */
 static void (*tampering)(drive_samples_t *samples); /* with the samples of the sensors; NULL: none */
 
 static void put(uint32_t word)
@@ -85,7 +86,10 @@ bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
     }
     put_table(&requests_table, &drive->requests);
     put_words(&taken, RECORDING_SAMPLES);
+    const fast_t *fast = &drive->fast;
+    const uint32_t searched = fast->reference.catching.found ^ 1u;
     const bool due = __real_drive_step(drive, &taken, command);
+    found |= (fast->reference.catching.found & searched) << fast->sum.periods;
     drive->fast_took = (drive_duration_t){0u, 0u}; /* a replay measures no time */
     drive->medium_took = (drive_duration_t){0u, 0u};
     put_table(&signals_table, drive);
@@ -289,6 +293,28 @@ static void catch_it(void)
     stage(1.0);
     catch_on_shaft(1900.0);
     take_to(MANOEUVRE_RUN, 200);
+}
+
+/* Catches of the same shaft, one after the other, until one has ended in each period of a window. A higher
+ * speed ends a catch earlier. */
+static void catch_in_each_period(void)
+{
+    const uint32_t each = (1u << (DRIVE_WINDOW + 1u)) - 2u; /* bits 1 to DRIVE_WINDOW */
+    stage(1.0);
+    catch_on_shaft(300.0);
+    run_to(MANOEUVRE_RUN, 400);
+    found = 0u;
+    for (uint32_t n = 0; n < 60u && found != each; n++) {
+        const double speed = (300.0 + 4.0 * n) * RPM;
+        set("enable", 0.0);
+        run(SWITCHING_ON);
+        set("shaft_locked_speed", speed);
+        rig_set_motion(rig, 0.0, speed);
+        set("enable", 1.0);
+        run(2u * DRIVE_WINDOW);
+        run_to(MANOEUVRE_RUN, 600);
+    }
+    expect(found == each);
 }
 
 /* From standstill on a light shaft to where the estimate takes over; it is lost, and caught again; then down
@@ -498,6 +524,7 @@ static const struct {
 } parts[] = {
     {"ordinary second", 0, true, ordinary},
     {"catch", 440, true, catch_it},
+    {"catch in each period", 20000, true, catch_in_each_period},
     {"cold start and reversal", 13000, true, cold_start},
     {"zero crossing and quick stop", 740, true, zero_crossing},
     {"invalid samples", 480, true, invalid_sample},

@@ -6,6 +6,10 @@
 #include "math/angle.h"
 #include "math/trig.h"
 
+/* The first period of a window takes over a setpoint, the second one a tuning, and the last one closes the
+ * window. Locking the loop takes long, too. */
+#define LOCKING_FROM 3u
+
 #define LOCKING 1u /* [periods] of a catch in which the loop is locked to the rotor that was found */
 
 void reference_init(reference_t *reference)
@@ -127,7 +131,6 @@ void reference_force(reference_t *reference, const reference_tuning_t *tuning, a
  * zero. */
 static void caught(reference_t *reference, const reference_tuning_t *tuning, demand_t *demand)
 {
-    catch_turn(&reference->catching, &tuning->catching);
     const frame_t rotor = catch_rotor(&reference->catching);
     reference->outcome = (int32_t)CATCH_TURNING;
     lock_to(reference, (position_t){rotor.theta_e, rotor.omega_e}, catch_length(&reference->catching));
@@ -143,12 +146,16 @@ static void caught(reference_t *reference, const reference_tuning_t *tuning, dem
 }
 
 void reference_follow_catch(reference_t *reference, const reference_tuning_t *tuning,
-                            const estimate_t *estimate, float u_dc, demand_t *demand)
+                            const estimate_t *estimate, float u_dc, uint32_t period, demand_t *demand)
 {
     catch_t *catching = &reference->catching;
-    if (catching->found != 0u && reference->outcome == (int32_t)CATCH_GOES_ON) {
-        caught(reference, tuning, demand);
-        return;
+    const bool found = catching->found != 0u && reference->outcome == (int32_t)CATCH_GOES_ON;
+    if (found) {
+        catch_turn(catching, &tuning->catching);
+        if (period >= LOCKING_FROM && (float)period < tuning->periods) {
+            caught(reference, tuning, demand);
+            return;
+        }
     }
     const ab_t current = catch_current(catching, &tuning->catching);
     demand->frame = reference_stationary(0.0f);
@@ -159,8 +166,8 @@ void reference_follow_catch(reference_t *reference, const reference_tuning_t *tu
     }
     const ab_t voltage = catch_voltage(catching, &tuning->catching, estimate->emf);
     demand->emf = (dq_t){voltage.alpha, voltage.beta};
-    if (reference->outcome == (int32_t)CATCH_STANDING) {
-        return; /* the medium task decides how to continue */
+    if (found || reference->outcome == (int32_t)CATCH_STANDING) {
+        return; /* the loop is about to be locked, or the medium task decides how to continue */
     }
     const catch_outcome_t outcome = catch_step(catching, &tuning->catching, estimate->emf,
                                                estimate->amplitude, FRAMES_ONE_OVER_SQRT_3 * u_dc);

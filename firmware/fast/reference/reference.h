@@ -7,8 +7,9 @@
  *     forced              its angle, the line of its speed and current, and the damping of its pendulum
  *                         (forced.h), also without the delay of a window
  *     catch               the whole law of catch.h; where a rotating rotor is found, the loop is locked to
- *                         it in the next period, and from then on the current flows along its d axis
- *                         without torque, until the next setpoint that names another source
+ *                         it in the next period that has no work at an end of the window, and from
+ *                         then on the current flows along its d axis without torque, until the next
+ *                         setpoint that names another source
  *
  * One step per T, after that of the estimator. No division. */
 #ifndef FAST_REFERENCE_REFERENCE_H
@@ -64,6 +65,7 @@ typedef struct {
     const frame_t *encoder;     /* the same as a frame, computed while control uses the encoder */
     float omega_m;              /* estimated speed of the rotor [rad/s], mechanical */
     uint32_t estimating;        /* [-] 1: the observer runs, and its EMF is that of t_k */
+    uint32_t period;            /* [-] of the window, from 1 */
 } reference_input_t;
 
 /* Starts without a frame. */
@@ -140,9 +142,10 @@ void reference_obey(reference_t *reference, const setpoint_t *setpoint, const es
 void reference_force(reference_t *reference, const reference_tuning_t *tuning, ab_t observed,
                      demand_t *demand);
 
-/* A period of a catch, at this link voltage [V]; `estimate`: NULL while the observer does not run. */
+/* A period of a catch, at this link voltage [V]; `estimate`: NULL while the observer does not run. `period`
+ * counts the periods of the window from 1. */
 void reference_follow_catch(reference_t *reference, const reference_tuning_t *tuning,
-                            const estimate_t *estimate, float u_dc, demand_t *demand);
+                            const estimate_t *estimate, float u_dc, uint32_t period, demand_t *demand);
 
 /* The period in which the loop is locked; the origin of the EMF does not change. */
 void reference_run_locked(reference_t *reference, const reference_tuning_t *tuning,
@@ -215,7 +218,7 @@ static inline void reference_step(reference_t *reference, const reference_tuning
     case SOURCE_CATCH:
         demand->origin = (int32_t)EMF_OTHER;
         reference_follow_catch(reference, tuning, input->estimating != 0u ? estimate : NULL, input->u_dc,
-                               demand);
+                               input->period, demand);
         break;
     }
     demand->omega_m_ref = setpoint->omega_m_ref;

@@ -18,6 +18,7 @@ typedef struct {
     float bend;         /* L_q without saturation over inductance_q, minus 1 [-]; 0: no saturation */
     float flux_linkage; /* psi_f [Wb] */
     float inertia;      /* inertia of all rotating parts [kg m^2] */
+    float noise;        /* of a current sensor, rms [A]; 0: too small to change the hand-over speed */
 } assumed_t;
 
 #define ASSUMED_SLOTS ((uint32_t)(sizeof(assumed_t) / sizeof(uint32_t))) /* every member is one slot */
@@ -34,7 +35,7 @@ static inline bool assumed_moved(const assumed_t *from, const assumed_t *to)
            assumed_differs(from->inductance_d, to->inductance_d) ||
            assumed_differs(from->inductance_q, to->inductance_q) ||
            assumed_differs(from->flux_linkage, to->flux_linkage) ||
-           assumed_differs(from->inertia, to->inertia);
+           assumed_differs(from->inertia, to->inertia) || from->noise != to->noise;
 }
 
 /* A learnt value and the value of the parameter from which learning started. The learnt value is valid only
@@ -48,6 +49,7 @@ typedef struct {
     learnt_value_t resistance;   /* [ohm] */
     learnt_value_t inductance_q; /* [H] */
     learnt_value_t inertia;      /* [kg m^2] */
+    float noise_square;          /* of a current sensor, mean square [A^2]; 0: not measured yet */
 } learnt_t;
 
 #endif

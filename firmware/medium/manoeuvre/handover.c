@@ -9,13 +9,12 @@
 #define MARGIN         0.1f  /* [-] of I beyond what the load needs */
 #define EXCESS         0.15f /* [-] of I: largest remaining i_d */
 #define WANTED_TIME    0.15f /* [s] */
-#define LONGEST_TIME   1.0f  /* [s] */
 
-#define SALIENT_TIME  40e-3f /* [s] for a salient rotor */
-#define SALIENT_APART 0.7f   /* [-] for a salient rotor */
-#define EXCESS_ANY    1e6f   /* [A] limit for a salient rotor, which permits any remaining i_d */
+#define SALIENT_TIME 40e-3f /* [s] for a salient rotor */
+#define LIMIT_ANY    1e6f /* limit for a salient rotor, which permits any remaining i_d [A] and swing [rad] */
 
-#define SPEED_APART  0.2f  /* [-] */
+#define SPEED_APART  0.7f  /* [-] of the frame's speed: largest difference of the mean speed */
+#define SLIP         1.57f /* [rad] a quarter turn: a rotor in step stays within this of the current vector */
 #define LENGTH_MIN   0.65f /* [-] psi_f configured 30 % too large: 0.77; less by errors of the voltage */
 #define LENGTH_MAX   1.7f  /* [-] psi_f configured 30 % too small: 1.43; more by errors of the voltage */
 #define SCATTER_MAX  0.05f /* [-] mean square of the detector */
@@ -27,10 +26,9 @@ handover_tuning_t handover_prepare(const handover_params_t *params)
         .current_share = lowpass_share(CURRENT_CUTOFF, params->period),
         .mean_share = lowpass_share(MEAN_CUTOFF, params->period),
         .current_margin = MARGIN * params->current,
-        .current_excess = params->salient ? EXCESS_ANY : EXCESS * params->current,
-        .speed_apart = params->salient ? SALIENT_APART : SPEED_APART,
+        .current_excess = params->salient ? LIMIT_ANY : EXCESS * params->current,
+        .slip = (params->salient ? LIMIT_ANY : SLIP) / params->period,
         .wanted = periods_of(params->salient ? SALIENT_TIME : WANTED_TIME, params->period),
-        .longest = periods_of(LONGEST_TIME, params->period),
     };
 }
 
@@ -40,26 +38,27 @@ void handover_init(handover_t *handover, const handover_tuning_t *tuning)
     handover_enter(handover, (dq_t){0.0f, 0.0f});
 }
 
-static bool holds(const handover_tuning_t *tuning, const estimate_t *estimate, const lock_t *lock,
-                  float omega_forced, dq_t current)
-{
-    const float apart = estimate->omega_smooth - omega_forced;
-    return bounds_magnitude(apart) < tuning->speed_apart * bounds_magnitude(omega_forced) &&
-           lock->projection > LENGTH_MIN * lock->expected && lock->projection < LENGTH_MAX * lock->expected &&
-           lock->scatter < SCATTER_MAX &&
-           bounds_magnitude(current.d) < EXCESS_SHARE * bounds_magnitude(current.q) + tuning->current_excess;
-}
-
-handover_outcome_t handover_step(handover_t *handover, const estimate_t *estimate, const lock_t *lock,
-                                 float omega_forced, dq_t current)
+static bool holds(const handover_t *handover, const lock_t *lock, float omega_forced, float needed)
 {
     const handover_tuning_t *tuning = &handover->tuning;
-    handover->mean.d = lowpass_step(handover->mean.d, tuning->mean_share, current.d);
-    handover->mean.q = lowpass_step(handover->mean.q, tuning->mean_share, current.q);
-    handover->held = holds(tuning, estimate, lock, omega_forced, handover->mean) ? handover->held + 1u : 0u;
-    handover->periods++;
-    if (handover->held >= tuning->wanted) {
-        return HANDOVER_GOOD;
+    const float apart = SPEED_APART * (float)tuning->wanted * bounds_magnitude(omega_forced);
+    return bounds_within(handover->slipped, apart < tuning->slip ? apart : tuning->slip) &&
+           lock->projection > LENGTH_MIN * lock->expected && lock->projection < LENGTH_MAX * lock->expected &&
+           lock->scatter < SCATTER_MAX &&
+           bounds_magnitude(handover->mean.d) < EXCESS_SHARE * needed + tuning->current_excess;
+}
+
+bool handover_step(handover_t *handover, const handover_input_t *input, const lock_t *lock)
+{
+    const handover_tuning_t *tuning = &handover->tuning;
+    handover->mean.d = lowpass_step(handover->mean.d, tuning->mean_share, input->current.d);
+    handover->mean.q = lowpass_step(handover->mean.q, tuning->mean_share, input->current.q);
+    handover->slipped += input->omega_smooth - input->omega_forced;
+    if (holds(handover, lock, input->omega_forced, input->needed)) {
+        handover->held++;
+    } else {
+        handover->held = 0u;
+        handover->slipped = 0.0f;
     }
-    return handover->periods >= tuning->longest ? HANDOVER_FAILED : HANDOVER_GOES_ON;
+    return handover->held >= tuning->wanted;
 }

@@ -6,9 +6,10 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define PAUSE_PERIODS DRIVE_PERIODS(0.3f)   /* time without current before another start */
-#define STALL_WINDOWS DRIVE_WINDOWS(50e-3f) /* with too little EMF */
-#define STALL_SHARE   0.6f                  /* [-] least share of the EMF of a rotor in step */
+#define PAUSE_PERIODS    DRIVE_PERIODS(0.3f)   /* time without current before another start */
+#define STALL_WINDOWS    DRIVE_WINDOWS(50e-3f) /* with too little EMF */
+#define HANDOVER_WINDOWS DRIVE_WINDOWS(1.0f)   /* longest time of a hand-over */
+#define STALL_SHARE      0.6f                  /* [-] least share of the EMF of a rotor in step */
 /* [-] the same of the part of the EMF across the current: 0.56 at the largest load angle at which the rotor
  * holds (GRIP_MAX), with a configured psi_f that is a quarter too large. */
 #define ACROSS_SHARE 0.4f
@@ -208,13 +209,12 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     see_need(m, input, setpoint);
     m->forced.current = handover_current(&m->handover, m->forced.current, m->forced.wanted, m->forced.needed);
     force_by(m, setpoint);
-    const handover_outcome_t outcome =
-        handover_step(&m->handover, estimate, &m->lock, forced, input->current);
-    if (outcome == HANDOVER_GOOD) { /* only the frame changes at the hand-over, not the current */
+    const handover_input_t judged = {estimate->omega_smooth, forced, input->current, m->forced.needed};
+    if (handover_step(&m->handover, &judged, &m->lock)) { /* only the frame changes, not the current */
         manoeuvres_enter_run(m, m->handover.mean, estimate->omega_smooth);
         manoeuvres_run_at(m, input, estimate->frame.omega_e, m->run.omega_m_ref, setpoint);
         setpoint->change = (int32_t)FRAME_TURNS;
-    } else if (outcome == HANDOVER_FAILED) {
+    } else if (m->windows >= HANDOVER_WINDOWS) {
         fail(m, MANOEUVRE_UNLOCKED, setpoint);
     } else if (stalls(m, input)) {
         fail(m, MANOEUVRE_STALLED, setpoint);

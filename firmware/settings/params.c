@@ -348,9 +348,8 @@ void params_estimator(const params_t *params, const assumed_t *assumed, estimato
  * largest one at a hand-over. */
 #define HANDOVER_NOISE     8.2f
 #define ROOT_2             1.41421356f
-#define DRIVE_RATE         (1.0f / DRIVE_PERIOD) /* [1/s] */
-#define HANDOVER_SPEED_MAX 0.3f                  /* [-] of overspeed_trip, by the rule */
-#define FALLBACK_SHARE     0.4f                  /* [-] of the hand-over's speed, by the rule */
+#define HANDOVER_SPEED_MAX 0.3f /* [-] of overspeed_trip, by the rule */
+#define FALLBACK_SHARE     0.4f /* [-] of the hand-over's speed, by the rule */
 #define CATCH_SHARE        0.5f /* [-] of the hand-over's speed, for the slowest rotor that is caught */
 
 /* The largest current of a start [A]. Above psi_f/D a salient rotor no longer rests on the current's axis,
@@ -376,14 +375,15 @@ static float emf_noise(const params_t *params, const assumed_t *assumed)
     return share * inverse_root(left) * assumed->inductance_q / DRIVE_PERIOD * assumed->noise;
 }
 
-/* A share a is at most omega_s T and 1, and (1 - a/2)^(1/2) at least 2^(-1/2). */
+/* Both voltages of the rule, times T. A share a is at most omega_s T and 1, and (1 - a/2)^(1/2) at least
+ * 2^(-1/2). */
 float params_noise(const params_t *params, const assumed_t *assumed, float noise)
 {
-    const float cutoff = params->observer_emf_cutoff;
-    const bool filtered = cutoff > 0.0f && cutoff < DRIVE_RATE;
-    const float most = ROOT_2 * (filtered ? cutoff : DRIVE_RATE) * assumed->inductance_q * noise;
-    const float dead_voltage = params->dead_time * DRIVE_RATE * params->dc_overvoltage;
-    return HANDOVER_NOISE * most > HANDOVER_EMF * dead_voltage ? noise : 0.0f;
+    const float turn = params->observer_emf_cutoff * DRIVE_PERIOD;
+    const float share = turn > 0.0f && turn < 1.0f ? turn : 1.0f;
+    const float emf = ROOT_2 * share * assumed->inductance_q * noise;
+    const float lost = params->dead_time * params->dc_overvoltage;
+    return HANDOVER_NOISE * emf > HANDOVER_EMF * lost ? noise : 0.0f;
 }
 
 start_params_t params_start(const params_t *params, const assumed_t *assumed)

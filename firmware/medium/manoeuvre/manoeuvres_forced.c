@@ -209,7 +209,12 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     see_need(m, input, setpoint);
     m->forced.current = handover_current(&m->handover, m->forced.current, m->forced.wanted, m->forced.needed);
     force_by(m, setpoint);
-    const handover_input_t judged = {estimate->omega_smooth, forced, input->current, m->forced.needed};
+    const handover_input_t judged = {
+        .omega_smooth = estimate->omega_smooth,
+        .omega_forced = forced,
+        .current = input->current,
+        .needed = m->forced.needed,
+    };
     if (handover_step(&m->handover, &judged, &m->lock)) { /* only the frame changes, not the current */
         manoeuvres_enter_run(m, m->handover.mean, estimate->omega_smooth);
         manoeuvres_run_at(m, input, estimate->frame.omega_e, m->run.omega_m_ref, setpoint);

@@ -401,11 +401,12 @@ start_params_t params_start(const params_t *params, const assumed_t *assumed)
     };
     if (start.handover_speed == 0.0f) {
         const float resistive = assumed->resistance * start.current;
-        const float mistaken = HANDOVER_EMF * bounds_more(start.dead_voltage, resistive) / emf_per_speed;
-        const float noisy = HANDOVER_NOISE * emf_noise(params, assumed) / emf_per_speed;
+        const float mistaken = HANDOVER_EMF * bounds_more(start.dead_voltage, resistive);
+        const float noisy = HANDOVER_NOISE * emf_noise(params, assumed);
         const float fastest = HANDOVER_SPEED_MAX * params->overspeed_trip;
-        start.visible_speed = bounds_less(mistaken, fastest);
-        start.handover_speed = bounds_more(start.visible_speed, bounds_less(noisy, fastest));
+        start.visible_speed = bounds_less(mistaken / emf_per_speed, fastest);
+        start.handover_speed =
+            noisy > mistaken ? bounds_less(noisy / emf_per_speed, fastest) : start.visible_speed;
     }
     if (start.fallback_speed == 0.0f) {
         start.fallback_speed = FALLBACK_SHARE * start.handover_speed;

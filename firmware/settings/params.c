@@ -395,16 +395,18 @@ start_params_t params_start(const params_t *params, const assumed_t *assumed)
         .current_most = most,
         .ramp = params->start_ramp,
         .handover_speed = params->handover_speed,
+        .visible_speed = params->handover_speed,
         .fallback_speed = params->fallback_speed,
         .dead_voltage = params->dead_time / DRIVE_PERIOD * params->dc_overvoltage,
     };
     if (start.handover_speed == 0.0f) {
         const float resistive = assumed->resistance * start.current;
         const float mistaken = HANDOVER_EMF * bounds_more(start.dead_voltage, resistive);
-        const float needed =
-            bounds_more(mistaken, HANDOVER_NOISE * emf_noise(params, assumed)) / emf_per_speed;
+        const float noisy = HANDOVER_NOISE * emf_noise(params, assumed);
         const float fastest = HANDOVER_SPEED_MAX * params->overspeed_trip;
-        start.handover_speed = needed < fastest ? needed : fastest;
+        start.visible_speed = bounds_less(mistaken / emf_per_speed, fastest);
+        start.handover_speed =
+            noisy > mistaken ? bounds_less(noisy / emf_per_speed, fastest) : start.visible_speed;
     }
     if (start.fallback_speed == 0.0f) {
         start.fallback_speed = FALLBACK_SHARE * start.handover_speed;

@@ -418,6 +418,7 @@ typedef struct {
     float handover_speed; /* [rad/s] mechanical */
     float fallback_speed; /* [rad/s] mechanical */
     float catch_speed;    /* [rad/s] mechanical, of the slowest turning rotor that is caught */
+    float visible_speed;  /* [rad/s] mechanical: handover_speed without the noise of the observed EMF */
     float dead_voltage;   /* [V] largest effect of the dead time, at the largest link voltage */
 } start_params_t;
 

@@ -13,7 +13,9 @@
  * quarter of the largest more, may not report a broken wire. */
 #define UNSEEN_SHARE 0.04f
 
-/* Multiple of the hand-over's speed from which the EMF judges the encoder [-]. */
+/* Multiple of the speed at which the EMF exceeds the errors of the voltage, from which it judges the encoder
+ * [-]. The noise of the observed EMF in a period does not count: the watch uses means over windows and has
+ * its own limit of the noise. */
 #define ENCODER_JUDGED_FROM 1.0f
 
 /* Braking in terms of the current limit, beyond which the encoder's speed is no motion [-]: twice for errors
@@ -279,7 +281,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .inductance = assumed->inductance_q,
         .saliency = assumed->inductance_q - assumed->inductance_d,
         .flux_linkage = assumed->flux_linkage,
-        .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.handover_speed,
+        .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.visible_speed,
         .noise = CURRENT_NOISE * DRIVE_CURRENT_RANGE,
         .doubtful = 2.0f * MEASURE_MOVED,
         .unseen = UNSEEN_SHARE * DRIVE_CURRENT_RANGE,

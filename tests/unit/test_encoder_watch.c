@@ -579,9 +579,10 @@ static void test_an_emf_denies_a_speed_for_which_it_is_too_short(void)
     TEST_ASSERT_FALSE(encoder_watch_denies(&watch, 2600.0f));
 }
 
-/* Current noise i_n makes 3 sqrt(2) i_n L/T_j in the EMF of a window, and shifts an error along a phase by
- * at most this. It matters while almost no current flows, in this test less than 0.2 A. 20 V across 100 V
- * along the axis are 11 degrees; 57.7 V are the middle between two axes. */
+/* Current noise i_n makes 3 sqrt(2) i_n L/T_j in the EMF of a window, of which a quarter remains in the mean
+ * of four, and shifts an error along a phase by at most this. It matters while almost no current flows, in
+ * this test less than 0.2 A. 40 V across 200 V along the axis are 11 degrees, of which 8 are allowed without
+ * noise; 115.5 V are the middle between two axes. */
 static void test_noise_turns_a_false_emf_of_a_wire_by_no_more_than_its_length(void)
 {
     static const struct {
@@ -589,20 +590,49 @@ static void test_noise_turns_a_false_emf_of_a_wire_by_no_more_than_its_length(vo
         double noise, beside;
         float flows; /* [A] */
         bool waits;
-    } cases[] = {{0.0, 20.0, 0.0f, false},
-                 {20.0, 20.0, 0.19f, true},
-                 {20.0, 20.0, 0.21f, false},
-                 {20.0, 57.7, 0.0f, false}};
+    } cases[] = {{0.0, 40.0, 0.0f, false},
+                 {120.0, 40.0, 0.19f, true},
+                 {120.0, 40.0, 0.21f, false},
+                 {120.0, 115.5, 0.0f, false}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         uint32_t judgements = 0u;
         begin(cases[n].noise * EVERY * T / (3.0 * sqrt(2.0) * L), 0.2f);
         current.alpha = cases[n].flows;
         settle(240.0);
-        const double off = hypot(100.0, cases[n].beside);
-        const double axis = atan2(cases[n].beside, 100.0);
+        const double off = hypot(200.0, cases[n].beside);
+        const double axis = atan2(cases[n].beside, 200.0);
         for (; judgements < 60u && judge_with(240.0, off, axis) == 0u; judgements++) {
         }
         TEST_ASSERT_EQUAL(cases[n].waits, judgements == 60u);
+    }
+}
+
+/* The noise limit of the EMF is as high as psi_f omega_least, and almost no current flows. The encoder is
+ * wrong by 60 degrees at 140 rad/s: the difference has the length of the EMF, 25.6 V, and turns with the
+ * rotor. In the mean of four windows a quarter of 3 sqrt(2) n L/T_j, 5.5 V, may turn it. With half of psi_f
+ * omega_least, 5.5 V, and 0.3 psi_f omega, 7.7 V, this is an angle with the square of the sine
+ * 0.01 + 2 (5.5^2 + 5.5^2 + 7.7^2)/25.6^2 = 0.37, 38 degrees. The difference leaves each axis, and the
+ * encoder is reported within a turn, 56 judgements. */
+static void test_noise_does_not_hold_a_difference_that_turns_on_an_axis(void)
+{
+    encoder_watch_params_t params = usual(0.98 * PSI * LEAST * EVERY * T / (3.0 * 0.70711 * L), 0.2f);
+    params.unseen = 100.0f;
+    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    for (int n = 0; n < 24; n++) {
+        const double omega = n % 2 == 0 ? 140.0 : -140.0;
+        uint32_t judgements = 0u;
+        setUp();
+        encoder_watch_take(&watch, &tuning);
+        rotor = PI / 12.0 * n;
+        encoder = rotor + (n % 4 < 2 ? PI : -PI) / 3.0;
+        for (bits = 0u; judgements < 80u && bits == 0u; judgements++) {
+            const double i_alpha = (double)params.noise / 3.0 * scatter_gauss();
+            const double i_beta = (double)params.noise / 3.0 * scatter_gauss();
+            current = (ab_t){(float)i_alpha, (float)i_beta};
+            bits = judge(omega, 1.0, omega);
+        }
+        TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, bits);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(56u + tuning.settles, judgements);
     }
 }
 

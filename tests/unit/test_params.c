@@ -312,7 +312,8 @@ static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
 
 /* With L = 0.1 H and 20 mA of noise L n/T is 20 V. The low-pass of 2500 rad/s has the share a = 1 - exp(-1/4)
  * = 0.2212, and leaves a/(1 - a/2)^(1/2) = 0.23456 of it, 4.691 V. The hand-over is at 8.2 times this over
- * 0.732 V s. Without the low-pass 2^(1/2) of 20 V is left, which is limited to 0.3 of the trip. */
+ * 0.732 V s. Without the low-pass 2^(1/2) of 20 V is left, which is limited to 0.3 of the trip. Dead time and
+ * resistance alone need 15.71 rad/s as before. */
 static void test_noise_of_the_currents_moves_the_hand_over(void)
 {
     params.motor_inductance_d = params.motor_inductance_q = 0.1f;
@@ -320,11 +321,13 @@ static void test_noise_of_the_currents_moves_the_hand_over(void)
     assumed_t assumed = drive_assumed(&params, &learnt);
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.02f, assumed.noise);
     TEST_ASSERT_FLOAT_WITHIN(5e-3f, 52.551f, params_start(&params, &assumed).handover_speed);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 15.710f, params_start(&params, &assumed).visible_speed);
     params.observer_emf_cutoff = 0.0f;
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 0.3f * params.overspeed_trip,
                              params_start(&params, &assumed).handover_speed);
     params.handover_speed = 25.0f; /* a configured speed is used */
     TEST_ASSERT_EQUAL_FLOAT(25.0f, params_start(&params, &assumed).handover_speed);
+    TEST_ASSERT_EQUAL_FLOAT(25.0f, params_start(&params, &assumed).visible_speed);
 }
 
 /* Of 3.9 mA the low-pass leaves at most 2^(1/2) x 2500 rad/s x L n = 1.379 V, and 8.2 times this are 11.3 V,

@@ -207,6 +207,15 @@ static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
     watch->off.beta += share * (off.beta - watch->off.beta);
 }
 
+/* The same of the mean difference [V^2]: consecutive windows share the sample between them, whose noise has
+ * opposite signs in both, so that the noise of the two ends remains in the mean of n of them, 1/n of a single
+ * window's. */
+static float noise_of_mean(const encoder_watch_t *watch)
+{
+    static const float squares[OFF_WINDOWS] = {1.0f, 1.0f / 4.0f, 1.0f / 9.0f, 1.0f / 16.0f};
+    return watch->wrong != 0u ? squares[watch->wrong - 1u] * noise_of(watch) : noise_of(watch);
+}
+
 /* True if the mean difference of at least two windows lies along the axis of one phase alone, and has not
  * moved since it reached this axis. The EMF of a rotor that turns the other way is constant and may lie
  * there; that of a rotor whose encoder does not turn leaves it. A difference that has already stayed on an
@@ -219,7 +228,7 @@ static bool is_of_a_phase(encoder_watch_t *watch, float wrong_flux)
     watch->axis = watch->along != 0u ? watch->axis : off;
     const ab_t axis = watch->axis;
     const bool returns = watch->along >= (is_unseen(watch) ? 1u : ALONG_WINDOWS);
-    const float beside = (is_unseen(watch) ? watch->tuning.beside : 0.0f) + noise_of(watch);
+    const float beside = (is_unseen(watch) ? watch->tuning.beside : 0.0f) + noise_of_mean(watch);
     const float about = beside + (returns ? wrong_flux : 0.0f);
     const float cross = off.alpha * axis.beta - off.beta * axis.alpha;
     const float a = square_of(off);

@@ -16,7 +16,7 @@
 
 #define FRAMES_ONE_THIRD       0.333333333f
 #define FRAMES_ONE_OVER_SQRT_3 0.577350269f
-#define FRAMES_SQRT_3 1.7320508f
+#define FRAMES_SQRT_3          1.7320508f
 #define FRAMES_HALF_OF_SQRT_3  0.866025404f
 
 /* Phase quantities, in the unit of the quantity. */

@@ -111,10 +111,10 @@ SECTIONS
                       *(.text:trig_advance) *(.text:validity_take) *(.text:voltage_uncertain)
                       /* firmware/fast/fast_trips.c */
                       *(.text:encoder_jumped) *(.text:estimate_is_denied) *(.text:fast_open_bridge) *(.text:fast_watch_jump)
-                      *(.text:fault_set_both) *(.text:reason_of) *(.text:still_watch_holds)
+                      *(.text:fault_set_both) *(.text:measure_noise) *(.text:reason_of) *(.text:still_watch_holds)
                       /* firmware/fast/fast_window.c */
-                      *(.text:fast_begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:measure_noise)
-                      *(.text:pair_ab) *(.text:pair_dq) *(.text:snapshot)
+                      *(.text:fast_begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:pair_ab) *(.text:pair_dq)
+                      *(.text:snapshot)
                       /* firmware/fast/inverter/svpwm.c */
                       *(.text:leg) *(.text:shortened) *(.text:svpwm_beyond)
                       /* firmware/fast/reference/catch.c */

@@ -1,7 +1,11 @@
 /* The rare parts of fast_trips.h. */
 #include "fast/fast_trips.h"
 
+#include <float.h>
+
 #include "settings/reasons.h"
+
+#define FORCED_DOUBT 8.0f /* [-] four times twice the EMF, with the opposite direction */
 
 void fast_open_bridge(fast_t *fast, uint32_t window)
 {
@@ -88,6 +92,34 @@ void fast_judge_trips(fast_t *fast, fast_orders_t orders, const drive_samples_t 
     }
 }
 
+/* Four times the largest error of the assumed EMF, for the judgement of a constant value [V]. A tracked rotor
+ * has a psi_f that is wrong by 20 %, and an angle that has some error. In a forced frame the EMF may have any
+ * direction. In a catch its speed is unknown. */
+static float doubt_of(const fast_t *fast, float emf)
+{
+    const reference_t *reference = &fast->reference;
+    if (reference_tracks(reference) || reference->source == (int32_t)SOURCE_ENCODER) {
+        return bounds_magnitude(emf);
+    }
+    return reference->source == (int32_t)SOURCE_FORCED ? FORCED_DOUBT * bounds_magnitude(emf) : FLT_MAX;
+}
+
+/* Whether the law of the winding excludes an open wire. */
+static bool is_wired(const fast_t *fast, fast_orders_t orders, uint32_t found)
+{
+    const frame_t *rotor = &fast->rotor;
+    const float emf = orders.setpoint->models.flux_linkage * rotor->omega_e;
+    const still_watch_winding_t winding = {
+        .current = &fast->measure.measured.current_abc,
+        .before = &fast->measure.before,
+        .voltage = &fast->acted.voltage,
+        .emf = {-emf * rotor->rotation.sin, emf * rotor->rotation.cos},
+        .doubt = doubt_of(fast, emf),
+        .u_dc = fast->measure.measured.u_dc,
+    };
+    return still_watch_is_wired(&orders.tuning->still_watch, found, &winding);
+}
+
 void fast_judge_still(fast_t *fast, fast_orders_t orders)
 {
     if ((fast_moments(&fast->bridge, orders.setpoint) & GUARD_RUNNING) == 0u) {
@@ -96,12 +128,14 @@ void fast_judge_still(fast_t *fast, fast_orders_t orders)
     const still_watch_input_t input = {
         .asked = frames_inverse_park(fast->demand.current, fast->demand.frame.rotation),
         .current = &fast->measure.measured.current_abc,
+        .noise = measure_noise(&fast->measure),
         .voltage = &fast->acted.voltage,
         .omega_e = fast->rotor.omega_e,
         .u_dc = fast->measure.measured.u_dc,
         .limited = fast->control.limited != 0u,
     };
-    if (still_watch_judge(&fast->still_watch, &orders.tuning->still_watch, &input)) {
+    const uint32_t found = still_watch_judge(&fast->still_watch, &orders.tuning->still_watch, &input);
+    if (found != 0u && ((found & STILL_WATCH_STUCK) != 0u || is_wired(fast, orders, found))) {
         fast_stop(fast, REASON_CURRENT_STUCK);
     }
 }

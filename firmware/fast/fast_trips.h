@@ -69,7 +69,8 @@ static inline bool fast_trip(fast_t *fast, fast_orders_t orders, const drive_sam
             fast, orders, samples,
             encoder_wrong); /* the input is built again, because a variable would be stored in each period */
     }
-    if (still_watch_count(&fast->still_watch, &tuning->still_watch, &fast->measure.measured.current_abc)) {
+    if (still_watch_count(&fast->still_watch, &tuning->still_watch, samples->i_a, samples->i_b,
+                          samples->i_c)) {
         fast_judge_still(fast, orders);
     }
     still_watch_remember(&fast->still_watch, &fast->acted.voltage);

@@ -15,6 +15,12 @@ static ab_t voltage;  /* [V] voltage that acts */
 static float omega_e; /* [rad/s] */
 static float apart;   /* [A] sum of the three values */
 static float gain;    /* [ohm] of the current control */
+static float noise;   /* [-] mean square of the noise, in squared codes */
+static float doubt;   /* [V] four times the error of the EMF */
+static ab_t emf;      /* [V] */
+static abc_t last;    /* [A] */
+
+#define CODE (RANGE / 2048.0f)
 
 /* With 12 mH, 2/3 of 72 V changes the current by 0.4 A in 100 us, 2 % of the range. */
 static still_watch_tuning_t prepared(bool three_sensors, bool judged)
@@ -38,8 +44,21 @@ void setUp(void)
     omega_e = 0.0f;
     apart = 0.0f;
     gain = 1000.0f;
+    noise = 0.0f;
+    doubt = 0.0f;
+    emf = (ab_t){0.0f, 0.0f};
+    last = (abc_t){0.0f, 0.0f, 0.0f};
     watch = (still_watch_t){.still = {0u, 0u, 0u}};
     tuning = prepared(false, true);
+}
+
+/* The judgement with both steps. */
+static bool is_stuck(uint32_t found, const abc_t *current)
+{
+    const still_watch_winding_t winding = {
+        .current = current, .before = &last, .voltage = &voltage, .emf = emf, .doubt = doubt, .u_dc = u_dc};
+    return (found & STILL_WATCH_STUCK) != 0u ||
+           (found != 0u && still_watch_is_wired(&tuning, found, &winding));
 }
 
 /* One period; c is minus the sum of the other two, plus `apart`. */
@@ -49,14 +68,16 @@ static bool step(float a, float b, float asked_a)
     const still_watch_input_t input = {
         .asked = frames_clarke((abc_t){asked_a, b, -asked_a - b}),
         .current = &current,
+        .noise = noise * CODE * CODE,
         .voltage = &voltage,
         .omega_e = omega_e,
         .u_dc = u_dc,
         .limited = limited,
     };
-    const bool stuck =
-        still_watch_count(&watch, &tuning, &current) && still_watch_judge(&watch, &tuning, &input);
+    const bool stuck = still_watch_count(&watch, &tuning, current.a, current.b, current.c) &&
+                       is_stuck(still_watch_judge(&watch, &tuning, &input), &current);
     still_watch_remember(&watch, &voltage);
+    last = current;
     return stuck;
 }
 
@@ -115,6 +136,133 @@ static void test_a_value_that_the_dead_time_may_hold_with_an_offset_is_not_stuck
         u_dc = cases[n].link;
         tuning = prepared(false, true);
         TEST_ASSERT_EQUAL_UINT(cases[n].after, stuck_after(cases[n].a, -20.0f, cases[n].miss, 12u));
+    }
+}
+
+/* The voltage of phase a exceeds its EMF by 100 V, and the current of a, zero, does not change. Beside an
+ * open wire the star point moves by 50 V, and phase b has an excess of -50 V; with a stuck sensor it has
+ * none. The limit is between them, -25 V: Clarke makes (100, 28.87) V of (100, -25, -75) V. The current of b
+ * changes by 0.01 A and that of c by -0.01 A in a period, which takes 120 ohm 0.01 A = 1.2 V of the excess of
+ * b: the limit is that of 28.87 V + 2/sqrt(3) 1.2 V = 30.3 V. The comparison needs more than 86.5 V (the
+ * voltage of a jump, below) and more than the error of the EMF in addition. */
+static unsigned open_after(float alpha, float beta, float miss)
+{
+    emf = (ab_t){-alpha, -beta};
+    return stuck_after(0.0f, 5.0f, miss, 30u);
+}
+
+static void test_an_excess_of_the_voltage_in_one_phase_alone_excludes_an_open_wire(void)
+{
+    static const struct {
+        float alpha, beta, miss, doubt; /* [V], [A] */
+        unsigned after;                 /* [periods]; 0: never */
+    } cases[] = {{100.0f, 57.74f, 1.1f, 0.0f, 7u},   {-100.0f, -57.74f, -1.1f, 0.0f, 7u},
+                 {100.0f, 31.0f, 1.1f, 0.0f, 7u},    {100.0f, 29.6f, 1.1f, 0.0f, 0u},
+                 {100.0f, 0.0f, 1.1f, 0.0f, 0u},     {100.0f, 0.0f, 3.1f, 0.0f, 9u},
+                 {85.0f, 49.07f, 1.1f, 0.0f, 0u},    {100.0f, 57.74f, 1.1f, 14.0f, 0u},
+                 {100.0f, 57.74f, 1.1f, 13.0f, 7u},  {100.0f, 57.74f, 0.9f, 0.0f, 0u},
+                 {-100.0f, -57.74f, 1.1f, 0.0f, 7u}, {-100.0f, 57.74f, 1.1f, 0.0f, 0u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        doubt = cases[n].doubt;
+        TEST_ASSERT_EQUAL_UINT(cases[n].after, open_after(cases[n].alpha, cases[n].beta, cases[n].miss));
+    }
+}
+
+/* Sensor b is stuck at zero, and its phase has the excess (0, 100, -100) V: (0, 115.5) V. Beside an open wire
+ * of b it is (-50, 100, -50) V: (-50, 86.6) V. */
+static unsigned b_after(float alpha, float beta)
+{
+    emf = (ab_t){-alpha, -beta};
+    for (unsigned n = 0; n <= 30u; n++) {
+        const float a = 5.0f + 0.01f * (float)n;
+        const abc_t current = {a, n == 0u ? 1.0f : 0.0f, n == 0u ? -a - 1.0f : -a};
+        const still_watch_input_t input = {
+            .asked = frames_clarke((abc_t){5.0f, 1.1f, -6.1f}),
+            .current = &current,
+            .voltage = &voltage,
+            .u_dc = u_dc,
+        };
+        if (still_watch_count(&watch, &tuning, current.a, current.b, current.c) &&
+            is_stuck(still_watch_judge(&watch, &tuning, &input), &current)) {
+            return n;
+        }
+        still_watch_remember(&watch, &voltage);
+        last = current;
+    }
+    return 0u;
+}
+
+static void test_the_phase_beside_sensor_b_is_that_of_sensor_a(void)
+{
+    TEST_ASSERT_EQUAL_UINT(7u, b_after(0.0f, 115.5f));
+    setUp();
+    TEST_ASSERT_EQUAL_UINT(0u, b_after(-50.0f, 86.6f));
+}
+
+/* A sensor with this noise would have changed within 12 periods. This excludes an open wire, and a current
+ * that the dead time holds at zero beside an offset. The difference from the reference needs only 2 % of the
+ * range then, 0.4 A, in the last four periods, unless the voltage is at its limit. */
+static void test_noise_excludes_an_open_wire_and_an_offset(void)
+{
+    static const struct {
+        float a, b, miss, noise; /* [A], [-] */
+        bool limited;
+        unsigned after; /* [periods]; 0: never */
+    } cases[] = {{0.0f, 5.0f, 0.41f, 0.76f, false, 13u},   {0.0f, 5.0f, 0.41f, 0.74f, false, 0u},
+                 {4.0f, 0.0f, 0.41f, 0.76f, false, 13u},   {4.0f, 5.0f, 0.41f, 0.76f, false, 13u},
+                 {0.0f, 5.0f, 0.39f, 0.76f, false, 0u},    {0.0f, 5.0f, 0.41f, 0.76f, true, 0u},
+                 {0.0f, 5.0f, 1.1f, 0.76f, true, 13u},     {0.0f, 5.0f, 3.1f, 0.76f, false, 9u},
+                 {1.8f, -20.0f, -2.3f, 0.76f, false, 13u}, {1.8f, -20.0f, -2.3f, 0.74f, false, 0u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        gain = 6.0f;
+        u_dc = cases[n].limited ? 72.1f : 311.0f; /* 14.44 V with the wrong sign: 2.41 A */
+        noise = cases[n].noise;
+        limited = cases[n].limited;
+        tuning = prepared(false, true);
+        TEST_ASSERT_EQUAL_UINT(cases[n].after, stuck_after(cases[n].a, cases[n].b, cases[n].miss, 30u));
+    }
+}
+
+/* A value that stays at its reference for 40 periods in spite of noise is stuck if 2 % of the range, 0.4 A,
+ * flows through the other sensor. Three values that add up to zero are not stuck. */
+static void test_a_silent_sensor_is_stuck_as_soon_as_another_current_flows(void)
+{
+    static const struct {
+        float b, noise; /* [A], [-] */
+        bool three;
+        unsigned after; /* [periods]; 0: never */
+    } cases[] = {{0.41f, 0.42f, false, 41u},
+                 {-0.42f, 0.42f, false, 41u},
+                 {0.38f, 0.42f, false, 0u},
+                 {0.41f, 0.38f, false, 0u},
+                 {0.41f, 0.42f, true, 0u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        noise = cases[n].noise;
+        tuning = prepared(cases[n].three, true);
+        (void)step(1.0f, cases[n].b, 1.0f);
+        unsigned after = 0u;
+        for (unsigned k = 1; k <= 100u && after == 0u; k++) {
+            after = step(0.0f, cases[n].b + 0.01f * (float)(k % 2u), 0.0f) ? k : 0u;
+        }
+        TEST_ASSERT_EQUAL_UINT(cases[n].after, after);
+    }
+}
+
+/* With three sensors the sum is zero if a wire is open: a phase without current needs no longer time. */
+static void test_the_sum_of_three_sensors_decides_whether_a_wire_is_open(void)
+{
+    static const struct {
+        float apart;    /* [A] */
+        unsigned after; /* [periods]; 0: never */
+    } cases[] = {{0.0f, 0u}, {0.55f, 7u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        tuning = prepared(true, true);
+        apart = cases[n].apart;
+        TEST_ASSERT_EQUAL_UINT(cases[n].after, stuck_after(0.0f, 5.0f, 1.1f, 100u));
     }
 }
 

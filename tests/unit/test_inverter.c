@@ -100,9 +100,11 @@ static double complex lost_between(const abc_t *duties, double complex before, d
     const double ampere = u_dc * 1e-4 / INDUCTANCE;
     const double after = EFFECTIVE * (ampere * EFFECTIVE / 3.0) / (3.0 * 0.4);
     double acts[2][3], mean[2] = {0.0, 0.0}, free[3], lost[3], next[2][3];
+    const double left = fmax(0.0, 1.0 - pow(cabs(now - before) / 0.4, 2.0));
     for (int edge = 0; edge < 2; edge++) {
         for (int leg = 0; leg < 3; leg++) {
-            acts[edge][leg] = made[leg] - EFFECTIVE * signs[edge][leg];
+            const double sign = 0.5 * ((1.0 + left) * signs[edge][leg] + (1.0 - left) * signs[1 - edge][leg]);
+            acts[edge][leg] = made[leg] - EFFECTIVE * sign;
             mean[edge] += acts[edge][leg] / 3.0;
         }
     }

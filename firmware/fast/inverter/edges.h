@@ -14,10 +14,12 @@
  * with the mean i_j of the currents at both ends of the period, their difference Di_j, and the other two legs
  * x. f_j is the change by EMF and resistance in half a period. b_j is the effect of an EMF that turns with
  * the speed omega, and of the time t by which dead time and delays move all edges but not the samples. s' and
- * s" are those of the last period. The change of the current by another leg that switches in the dead time
- * counts the less the later it occurs: half of it between the middle of the dead time and 2 q, q = e z/(3 w),
- * z = A e/3 (w: medium/adapt/leg_zone.h). Where the lower switches are sampled, d is their share, 1 - duty,
- * and currents and voltages have the opposite sign. Derivation: docs/theory.md, 12.
+ * s" on the right are those of the last period. Their difference is that of a current which stays in the
+ * zone: it is multiplied by 1 - |Di|^2/w^2, 0 at least. The change of the current by another leg that
+ * switches in the dead time counts the less the later it occurs: half of it between the middle of the dead
+ * time and 2 q, q = e z/(3 w), z = A e/3 (w: medium/adapt/leg_zone.h). Where the lower switches are sampled,
+ * d is their share, 1 - duty, and currents and voltages have the opposite sign. Derivation:
+ * docs/theory.md, 12.
  *
  * The state are the signs, which the caller keeps. Does not handle: b_j for other duties than 1/2, where the
  * parabola of the EMF has 1 - r_j^2 instead of 3/4. */
@@ -41,7 +43,8 @@ typedef struct {
  * switches.
  */
 typedef struct {
-    abc_t first, second;
+    abc_t first;
+    abc_t second;
 } edges_t;
 
 /* Coefficients for the period T [s], the inductance L [H], > 0, and the time t [s] by which all edges are
@@ -55,11 +58,10 @@ static inline edges_tuning_t edges_prepare(float period, float inductance, float
     };
 }
 
-/* Eight times the sign of a current over a quarter of the zone, which begins at -`below` and ends at 8 -
- * `below`. */
+/* Four times the sign of a current over half the zone, which begins at -`below` and ends at 4 - `below`. */
 static inline float edges_sign(float current, float below)
 {
-    return bounds_magnitude(current + below) - bounds_magnitude(current - (8.0f - below));
+    return bounds_magnitude(current + below) - bounds_magnitude(current - (4.0f - below));
 }
 
 /* Sum of the amounts of two instants, and of both less `later`. */
@@ -72,31 +74,37 @@ static inline float edges_apart(float one, float other, float later)
 /* The signs of this period from those of the `last` one. `per_zone`: 1/w [1/A], `duty`: of the upper
  * switches, as commanded [-], `middle`: mean of the current in the period, `change`: its change [A],
  * `effective`: e [-], `omega_e`: speed at which the EMF turns [rad/s], `u_dc`: DC link [V]. No division.
- * Currents are over w/4, and duties are in the unit in which a whole period is A/12 over w, so that z/w is 4
+ * Currents are over w/2, and duties are in the unit in which a whole period is A/12 over w, so that z/w is 4
  * `band`. */
 static inline edges_t edges_signs(const edges_tuning_t *edges, const edges_t *last, float per_zone,
                                   abc_t duty, ab_t middle, ab_t change, float effective, float omega_e,
                                   float u_dc)
 {
     const float way = edges->way;
-    const float half_scale = 2.0f * way * per_zone;
+    const float half_scale = way * per_zone;
     const float scale = 2.0f * half_scale;
+    const ab_t moved = {half_scale * change.alpha, half_scale * change.beta};
+    const float left = 1.0f - (moved.alpha * moved.alpha + moved.beta * moved.beta);
+    const float stays = 0.5f * (left + bounds_magnitude(left));
     const float ampere = edges->current_per_volt * per_zone * u_dc;
     const float band = effective * ampere;
-    const float eighth = 0.125f * band;
-    const float later = 16.0f / 3.0f * band * band; /* 4 q */
+    const float later = 8.0f / 3.0f * band * band; /* 2 q */
     const float whole = edges->whole;
     const abc_t rest = {whole - way * duty.a, whole - way * duty.b, whole - way * duty.c};
     const abc_t own = {ampere * rest.a, ampere * rest.b, ampere * rest.c};
-    const abc_t fall = {own.a + eighth * last->first.a, own.b + eighth * last->first.b,
-                        own.c + eighth * last->first.c};
-    const abc_t rise = {own.a + eighth * last->second.a, own.b + eighth * last->second.b,
-                        own.c + eighth * last->second.c};
-    const float falls = 4.0f * (fall.a + fall.b + fall.c);
-    const float rises = 4.0f * (rise.a + rise.b + rise.c);
-    const abc_t both = {fall.a + rise.a, fall.b + rise.b, fall.c + rise.c};
-    const ab_t drift = {half_scale * change.alpha + (12.0f * both.a - (falls + rises)),
-                        half_scale * change.beta + 4.0f * FRAMES_SQRT_3 * (both.b - both.c)};
+    const float eighth = 0.125f * band;
+    const float apart = eighth * stays;
+    const abc_t mean = {own.a + eighth * (last->first.a + last->second.a),
+                        own.b + eighth * (last->first.b + last->second.b),
+                        own.c + eighth * (last->first.c + last->second.c)};
+    const abc_t half = {apart * (last->first.a - last->second.a), apart * (last->first.b - last->second.b),
+                        apart * (last->first.c - last->second.c)};
+    const abc_t fall = {mean.a + half.a, mean.b + half.b, mean.c + half.c};
+    const abc_t rise = {mean.a - half.a, mean.b - half.b, mean.c - half.c};
+    const float means = 4.0f * (mean.a + mean.b + mean.c);
+    const float halves = 2.0f * (half.a + half.b + half.c);
+    const ab_t drift = {moved.alpha + (12.0f * mean.a - means),
+                        moved.beta + 4.0f * FRAMES_SQRT_3 * (mean.b - mean.c)};
     const float lag = edges->lag;
     const float turn = edges->turn * omega_e;
     const abc_t at =
@@ -104,18 +112,18 @@ static inline edges_t edges_signs(const edges_tuning_t *edges, const edges_t *la
                                      scale * middle.beta + lag * drift.beta - turn * drift.alpha});
     const abc_t f = frames_inverse_clarke(drift);
     const abc_t swing = {rest.a * f.a, rest.b * f.b, rest.c * f.c};
-    const float early = 4.0f - 8.0f * band - rises; /* A/6 e, and the mean of the three legs */
-    const float late = 4.0f + 8.0f * band + falls;
-    const abc_t twice = {2.0f * own.a, 2.0f * own.b, 2.0f * own.c};
-    const abc_t ahead = {twice.a - both.b, twice.b - both.c, twice.c - both.a}; /* 2 y */
-    const abc_t behind = {twice.a - both.c, twice.b - both.a, twice.c - both.b};
+    const float both = 2.0f + halves; /* A/6 e, and the mean of the three legs */
+    const float early = both - (4.0f * band + 0.5f * means);
+    const float late = both + (4.0f * band + 0.5f * means);
+    const abc_t ahead = {own.a - mean.b, own.b - mean.c, own.c - mean.a}; /* y */
+    const abc_t behind = {own.a - mean.c, own.b - mean.a, own.c - mean.b};
     return (edges_t){
-        {edges_sign(at.a - swing.a + 12.0f * rise.a + edges_apart(ahead.a, behind.a, later), early),
-         edges_sign(at.b - swing.b + 12.0f * rise.b + edges_apart(ahead.b, behind.b, later), early),
-         edges_sign(at.c - swing.c + 12.0f * rise.c + edges_apart(ahead.c, behind.c, later), early)},
-        {edges_sign(at.a + swing.a - 12.0f * fall.a - edges_apart(ahead.a, behind.a, -later), late),
-         edges_sign(at.b + swing.b - 12.0f * fall.b - edges_apart(ahead.b, behind.b, -later), late),
-         edges_sign(at.c + swing.c - 12.0f * fall.c - edges_apart(ahead.c, behind.c, -later), late)},
+        {edges_sign(at.a - swing.a + 6.0f * rise.a + edges_apart(ahead.a, behind.a, later), early),
+         edges_sign(at.b - swing.b + 6.0f * rise.b + edges_apart(ahead.b, behind.b, later), early),
+         edges_sign(at.c - swing.c + 6.0f * rise.c + edges_apart(ahead.c, behind.c, later), early)},
+        {edges_sign(at.a + swing.a - 6.0f * fall.a - edges_apart(ahead.a, behind.a, -later), late),
+         edges_sign(at.b + swing.b - 6.0f * fall.b - edges_apart(ahead.b, behind.b, -later), late),
+         edges_sign(at.c + swing.c - 6.0f * fall.c - edges_apart(ahead.c, behind.c, -later), late)},
     };
 }
 

@@ -104,7 +104,7 @@ static inline inverter_acted_t inverter_acted(inverter_t *inverter, const invert
                                   omega_e, link);
     const float leg = dead_time_leg(&tuning->lost, effective, link);
     const edges_t *signs = &inverter->signs;
-    const float part = 0.0625f * tuning->edges.way * leg; /* of 8 times the signs at two edges */
+    const float part = 0.125f * tuning->edges.way * leg; /* of 4 times the signs at two edges */
     const abc_t poles = {link * duty.a - part * (signs->first.a + signs->second.a),
                          link * duty.b - part * (signs->first.b + signs->second.b),
                          link * duty.c - part * (signs->first.c + signs->second.c)};

@@ -426,28 +426,6 @@ static void test_what_an_interval_without_agreement_has_learnt_is_not_kept(void)
     }
 }
 
-/* Six cycles that agree bring the confidence to 0.67. Then the loop does not follow the rotor: the cycles
- * have no result, which leaves the confidence as it is, and after 2 s the interval ends. The value returns to
- * that of the parameter. After 2 s of cycles that agree the confidence is above 0.9, and the value stays. */
-static void test_what_few_cycles_have_learnt_is_not_kept_by_an_interval_without_results(void)
-{
-    for (int known = 0; known < 2; known++) {
-        motor_t motor = usual();
-        begin(&motor);
-        motor.l_d = motor.l_q = 1.3 * L_TRUE;
-        run(&motor, known != 0 ? 2.0 : 0.22);
-        const double learnt = (double)x.learnt.value;
-        TEST_ASSERT_TRUE(learnt > 1.02 * L_TRUE);
-        motor.detector = 0.2;
-        for (int n = 0; n < 400 && x.look.failed == 0u; n++) {
-            run(&motor, 0.0304);
-        }
-        TEST_ASSERT_EQUAL_UINT32(1u, x.look.failed);
-        TEST_ASSERT_TRUE(x.confidence > (known != 0 ? 0.9f : 0.5f));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-2 * L_TRUE, known != 0 ? learnt : L_TRUE, (double)x.learnt.value);
-    }
-}
-
 /* Six cycles that agree bring the confidence to 0.67, and the load ends: the value returns to that of the
  * parameter. After 2 s the confidence is above 0.9, and the value stays. */
 static void test_what_few_cycles_have_learnt_is_not_kept_without_torque(void)

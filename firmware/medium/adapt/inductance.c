@@ -146,15 +146,13 @@ static bool looks_for_resistance(const inductance_t *x, float speed)
            x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
-/* Ends an interval. In a failed one no more than half of the cycles gave a value. The confidence, a mean of
- * about five cycles, then exceeds CONFIDENT by chance, but CERTAIN is 2.4 standard deviations above a half:
- * only a value that had this confidence is used. */
+/* Ends an interval. Values that it has learnt before its cycles contradicted each other are not used. */
 static void settle(inductance_t *x, bool failed)
 {
-    if (failed) {
-        x->learnt.value = x->look.kept;
-    } else if (x->confidence > CONFIDENT) {
+    if (x->confidence > CONFIDENT) {
         x->look.kept = x->learnt.value;
+    } else if (failed) {
+        x->learnt.value = x->look.kept;
     }
 }
 

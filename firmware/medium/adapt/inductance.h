@@ -37,8 +37,8 @@
  * because the saturation of the iron changes then; there is no pause while R is learnt. The learnt value and
  * its confidence are held during a pause. An interval also ends if its cycles give no value, because the
  * shaft is not steady or the results contradict each other, as they do if the dither moves the angle of a
- * light rotor. The learnt value then returns to the last one that was certain, because few cycles may agree
- * by chance.
+ * light rotor. If the confidence is small when an interval ends without a value, the learnt value
+ * returns to the last one that had confidence.
  *
  * One step in every `every` periods of T, from the means over these. The means of a step are compared with
  * the dither of the previous step. If the dither acts later than that, it is output earlier by the
@@ -147,7 +147,7 @@ typedef struct {
     uint32_t failed; /* [-] 1: the last interval ended because most of its cycles had no value */
     uint32_t rests;  /* remaining steps of a pause [-]; 0: an interval is active */
     float looked_at; /* i_q of the last interval [A] */
-    float kept;      /* last L_q that was certain or of a complete interval, or the parameter [H] */
+    float kept;      /* last L_q with enough confidence, or the parameter [H] */
 } inductance_look_t;
 
 /* Sums over a cycle, s being the wave and c the same a quarter of a cycle ahead. */

@@ -302,7 +302,7 @@ static void test_steps_with_torque_feed_forward(void)
         const bool real = n >= 2u;
         const drive_case_t drive = paper_rig(real, n % 2 == 0 ? FORWARD : BACKWARD, ALL_OF_IT, 0.0);
         const steps_t result = steps(&drive);
-        expect_peaks(&result, real ? 33.0 : 4.0, real ? 20.0 : 4.0);
+        expect_peaks(&result, real ? 35.0 : 4.0, real ? 20.0 : 4.0);
         expect_steady(&result, real ? 3.0 : 2.0);
     }
 }

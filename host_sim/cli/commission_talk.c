@@ -207,6 +207,8 @@ void commission_print_json(const commission_result_t *result)
     json_number(stdout, result->seconds);
     printf(", \"largest_current\": ");
     json_number(stdout, result->largest_current);
+    printf(", \"largest_heat\": ");
+    json_number(stdout, result->largest_heat);
     printf("}\n");
 }
 

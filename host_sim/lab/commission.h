@@ -95,6 +95,8 @@ typedef struct {
     double seconds;                        /* [s] of the drive's time */
     double step_seconds[COMMISSION_STEP_COUNT]; /* [s] of each step, with its repetitions */
     double largest_current;                     /* of a phase; over a line: of the vector [A] */
+    double largest_heat; /* copper loss, averaged by the motor's time constant, over that of the rated current
+                            [-] */
 } commission_result_t;
 
 typedef struct {

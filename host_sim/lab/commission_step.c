@@ -149,6 +149,8 @@ static void wait_for_end(commission_work_t *work, commission_do_t step)
     const double most = commission_step_seconds(step) + STEP_MOST;
     while (!work->lost && seconds(work) - begin < most && !commission_is_stopped(work, step)) {
         const double state = commission_value(work, "commission_state");
+        const double heat = commission_value(work, "motor_heat");
+        work->result->largest_heat = fmax(work->result->largest_heat, work->lost ? 0.0 : heat);
         if (state == done || state == failed || commission_value(work, "state") == fault ||
             (seconds(work) - begin > WAIT_ON && commission_value(work, "refusal") != 0.0)) {
             break;

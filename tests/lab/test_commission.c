@@ -77,6 +77,7 @@ static void test_unknown_motors_are_measured_within_the_limits(void)
                                   result.friction_coulomb.value +
                                       0.5 * m->speed * result.friction_viscous.value);
         TEST_ASSERT_TRUE(result.largest_current <= 1.25 * 2.0 * m->current + 0.5 * ripple);
+        TEST_ASSERT_TRUE(result.largest_heat > 0.0 && result.largest_heat <= 1.0);
         TEST_ASSERT_DOUBLE_WITHIN(0.05, 1.0, result.loop_gain);
         TEST_ASSERT_TRUE(result.least_speed > 0.0 && result.least_speed < m->speed);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "enable"));

@@ -326,7 +326,7 @@ static int32_t board_with_noise(double sigma)
     commission_t commission;
     commission_init(&commission, &TUNING);
     /* Two values that alternate have a deviation of exactly half their difference. */
-    for (uint32_t n = 0u; n < 600u; n++) {
+    for (uint32_t n = 0u; n < 3200u; n++) {
         const commission_window_t window = window_of(&none, (float)(n % 2u == 0u ? sigma : -sigma), false);
         commission_window(&commission, COMMISSION_BOARD, &window);
     }

@@ -286,7 +286,7 @@ static void test_board_names_a_low_link(void)
         commission_init(&commission, &TUNING);
         const commission_window_t window = {
             .standing = {&none, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}, low != 0u ? 199.0f : 201.0f}};
-        for (uint32_t n = 0u; n < 600u; n++) {
+        for (uint32_t n = 0u; n < 3200u; n++) {
             commission_window(&commission, COMMISSION_BOARD, &window);
         }
         TEST_ASSERT_EQUAL_INT32(low != 0u ? COMMISSION_REASON_LINK_LOW : COMMISSION_REASON_NONE,

@@ -33,7 +33,7 @@
 /* The steps: S(NAME, "|name", largest time [s], kind of motion). Append only. */
 #define COMMISSION_STEPS(S)                                                                                  \
     S(OFF, "off", 0.0f, BRIDGE_OFF)                                                                          \
-    S(BOARD, "|board", 3.0f, BRIDGE_OFF)                                                                     \
+    S(BOARD, "|board", 4.0f, BRIDGE_OFF)                                                                     \
     S(WIRING, "|wiring", 5.0f, STANDS)                                                                       \
     S(RESISTANCE, "|resistance", 60.0f, STANDS)                                                              \
     S(INDUCTANCE, "|inductance", 15.0f, STANDS)                                                              \

@@ -35,6 +35,7 @@ class Commissioning:
     """The result. resistance, inductance_d, inductance_q, saturation_current, flux_linkage, inertia, friction_coulomb, friction_viscous,
     dead_voltage, current_zone: each a Measured; saturation_current is 0 if no saturation was measured. reason: None, or the name of the reason
     for the end, described by text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A];
+    largest_heat: copper loss, averaged by the motor's time constant, over that of the rated current;
     angle_d: direction of the d axis of a held rotor, electrical [rad]; loop_gain: of the current loop over its design; least_speed: without an
     encoder [rad/s]; turns: of the shaft in the step turn, as answered, reversed: it turned backward; NaN: not measured."""
 
@@ -47,7 +48,7 @@ class Commissioning:
         self.reason = result.reason.decode() or None
         self.text = result.what.decode() or None
         self.angle_d, self.loop_gain, self.least_speed, self.turns, self.reversed = result.angle_d, result.loop_gain, result.least_speed, result.turns, bool(result.reversed)
-        self.seconds, self.largest_current = result.seconds, result.largest_current
+        self.seconds, self.largest_current, self.largest_heat = result.seconds, result.largest_current, result.largest_heat
         self.step_seconds = dict(zip(steps, result.step_seconds))
 
     @property

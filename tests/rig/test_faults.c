@@ -140,3 +140,31 @@ static void test_a_voltage_beyond_every_cause_opens_the_bridge(void)
     run_seconds(rig, 0.02);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
 }
+
+/* The largest phase current [A] in 20 ms with 6 A at 600 r/min, after this row has got this value. */
+static double largest_after(const char *row, double value)
+{
+    run_puts(rig, "mode=1 i_q_request=6");
+    run_seconds(rig, 0.01);
+    run_put(rig, row, value);
+    double largest = 0.0;
+    for (int n = 0; n < 200; n++) {
+        rig_step(rig);
+        largest = fmax(largest, fmax(fabs(rig_value(rig, "true_i_a")), fabs(rig_value(rig, "true_i_b"))));
+    }
+    return largest;
+}
+
+/* The code of zero current is 2048. The law of the winding shows that the other phases do not behave as with
+ * an open wire. */
+static void test_a_sensor_that_stays_near_zero_is_reported_as_stuck(void)
+{
+    TEST_ASSERT_TRUE(largest_after("stuck_current_a", 2050.0) < 19.0);
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_CURRENT_STUCK, rig_value(rig, "fault_reason"));
+}
+
+static void test_an_open_wire_is_no_stuck_sensor(void)
+{
+    TEST_ASSERT_TRUE(largest_after("open_phase_a", 1.0) < 19.0);
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_PHASE_LOSS, rig_value(rig, "fault_reason"));
+}

@@ -4,11 +4,10 @@
 
 #include "estimator/chosen.h"
 #include "fast/protect/link_limit.h"
+#include "math/frames.h"
 
 /* Two decimal numbers that keep a rule also keep it after rounding to binary. */
 #define ROUNDING 1.0000005f
-
-#define SQRT_3 1.73205081f /* EMF between two phases over that of a phase */
 
 /* The rows on which the speed of the hand-over depends (params_start()). */
 #define HANDOVER_LEVERS                                                                                      \
@@ -299,7 +298,8 @@ static bool outputs_take(rule_number_t rule, const params_t *params)
  * rectified while the bridge is off. */
 static bool open_bridge_takes(const params_t *params)
 {
-    return SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs * params->overspeed_trip <=
+    return FRAMES_SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs *
+               params->overspeed_trip <=
            BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) * ROUNDING;
 }
 

@@ -39,9 +39,8 @@ typedef struct {
     float turn;             /* 3/16 T [s] */
 } edges_tuning_t;
 
-/* Eight times the signs at both edges of each leg, -8 to 8, positive in the direction of the sampled
- * switches.
- */
+/* Four times the signs at both edges of each leg, -4 to 4. The direction of the sampled switches is
+ * positive. */
 typedef struct {
     abc_t first;
     abc_t second;
@@ -112,9 +111,10 @@ static inline edges_t edges_signs(const edges_tuning_t *edges, const edges_t *la
                                      scale * middle.beta + lag * drift.beta - turn * drift.alpha});
     const abc_t f = frames_inverse_clarke(drift);
     const abc_t swing = {rest.a * f.a, rest.b * f.b, rest.c * f.c};
-    const float both = 2.0f + halves; /* A/6 e, and the mean of the three legs */
-    const float early = both - (4.0f * band + 0.5f * means);
-    const float late = both + (4.0f * band + 0.5f * means);
+    const float both = 2.0f + halves;
+    const float shift = 4.0f * band + 0.5f * means; /* A/6 e, and the mean of the three legs */
+    const float early = both - shift;
+    const float late = both + shift;
     const abc_t ahead = {own.a - mean.b, own.b - mean.c, own.c - mean.a}; /* y */
     const abc_t behind = {own.a - mean.c, own.b - mean.a, own.c - mean.b};
     return (edges_t){

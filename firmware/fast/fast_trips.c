@@ -120,6 +120,14 @@ static bool is_wired(const fast_t *fast, fast_orders_t orders, uint32_t found)
     return still_watch_is_wired(&orders.tuning->still_watch, found, &winding);
 }
 
+/* True while pulses of commissioning test the wires, and a phase carries no current: the answers to all
+ * pulses decide whether its wire is open or a sensor is stuck (medium/commission/wiring_map.h). */
+static bool tests_wires(const fast_t *fast, fast_orders_t orders)
+{
+    return orders.setpoint->excite.kind == (int32_t)EXCITE_PULSE &&
+           still_watch_is_alone(&orders.tuning->still_watch, &fast->measure.measured.current_abc);
+}
+
 void fast_judge_still(fast_t *fast, fast_orders_t orders)
 {
     if ((fast_moments(&fast->bridge, orders.setpoint) & GUARD_RUNNING) == 0u) {
@@ -135,7 +143,9 @@ void fast_judge_still(fast_t *fast, fast_orders_t orders)
         .limited = fast->control.limited != 0u,
     };
     const uint32_t found = still_watch_judge(&fast->still_watch, &orders.tuning->still_watch, &input);
-    if (found != 0u && ((found & STILL_WATCH_STUCK) != 0u || is_wired(fast, orders, found))) {
+    if (found != 0u && tests_wires(fast, orders)) {
+        still_watch_forget(&fast->still_watch);
+    } else if (found != 0u && ((found & STILL_WATCH_STUCK) != 0u || is_wired(fast, orders, found))) {
         fast_stop(fast, REASON_CURRENT_STUCK);
     }
 }

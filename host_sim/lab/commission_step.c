@@ -12,7 +12,6 @@
 #define WAIT_FAULT 6.0    /* [s] until a fault is latched that has opened the bridge */
 #define LOOK       2.5e-3 /* [s] between two checks */
 #define COAST      0.3    /* [s] after a turning step */
-#define NO_CURRENT 0.12   /* [A] less than any pulse makes in a motor */
 #define STEP_MOST  30.0   /* [s] in addition to the largest time of a step in the drive */
 
 /* ---- the drive ---- */
@@ -70,19 +69,11 @@ void commission_end(commission_work_t *work, const char *name, const char *text,
     snprintf(work->result->what, sizeof work->result->what, "%s; %s", text, remedy);
 }
 
-/* Translates the reason of a latched fault to the reason of this step. Without a motor a sensor without noise
- * shows a constant value, like a stuck sensor: if the other sensors have no current either, the motor is
- * missing. */
+/* Translates the reason of a latched fault to the reason of this step. */
 void commission_end_with_fault(commission_work_t *work)
 {
     const reason_row_t *row = reason_by_number((int32_t)commission_value(work, "fault_reason"));
     const bool wiring = work->result->step == COMMISSION_DO_wiring;
-    if (wiring && row != NULL && row->number == REASON_CURRENT_STUCK &&
-        commission_value(work, "commission_largest") < NO_CURRENT) {
-        row = reason_of_commission((int)commission_choice("commission_reason", "no_motor_current"));
-        commission_end(work, "no_motor_current", row->text, row->remedy);
-        return;
-    }
     const char *name = row == NULL                                   ? "fault"
                        : row->number == REASON_OVERCURRENT && wiring ? "wiring_overcurrent"
                        : row->number == REASON_CURRENT_OFFSET        ? "offset"

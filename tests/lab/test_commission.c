@@ -123,7 +123,27 @@ static void test_wrong_wiring_is_named_before_a_steady_current_flows(void)
     expect_reason("current_gain_error_a", -2.0, "sensor_map");
 }
 
-/* In one case the sensors are so quiet that the drive would report them as stuck. */
+/* The constant value is that of no current. A bridge that is on reports another one as a stuck sensor. */
+static void test_sensor_that_is_stuck_without_a_current_is_named(void)
+{
+    expect_reason("rig.stuck_current_a", 2048.0, "sensor_stuck");
+    expect_reason("rig.stuck_current_b", 2048.0, "sensor_stuck");
+}
+
+/* Sensors without noise do not change while the pulses are along the axis of an open phase. */
+static void test_open_phase_of_quiet_sensors_is_named(void)
+{
+    for (int phase = 0; phase < 3; phase++) {
+        static const char *const rows[] = {"open_phase_a", "open_phase_b", "open_phase_c"};
+        commission_result_t result;
+        rig_t *rig = rig_with(&machines[0], 13u);
+        TEST_ASSERT_TRUE(rig_put(rig, rows[phase], 1.0) && rig_put(rig, "plant.current_noise", 0.0));
+        run(rig, &machines[0], &all, &result);
+        TEST_ASSERT_EQUAL_STRING_MESSAGE("open_phase", result.reason, rows[phase]);
+        rig_free(rig);
+    }
+}
+
 static void test_motor_that_is_not_connected_is_named(void)
 {
     commission_result_t result;

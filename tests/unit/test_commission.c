@@ -241,6 +241,10 @@ static void test_every_map_of_the_sensors_is_named(void)
                 /* The rank is larger than with an open phase; where sensors are exchanged, this holds for
                  * less salient rotors only. */
                 TEST_ASSERT_TRUE((saliency > 4.0 && !wiring_is_right(found)) || wiring_rank(&matrix) > 0.15f);
+                if (wiring_rank(&matrix) < 0.15f) {
+                    TEST_ASSERT_EQUAL_INT32(0, wiring_open_phase(&matrix));
+                    TEST_ASSERT_EQUAL_INT32(0, wiring_stuck_sensor(&matrix));
+                }
             }
         }
     }
@@ -264,6 +268,8 @@ static void test_sensor_that_does_not_change_is_no_open_phase(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0f, wiring_rank(&of_a));
     TEST_ASSERT_EQUAL_INT32(0, wiring_open_phase(&of_a));
     TEST_ASSERT_EQUAL_INT32(0, wiring_open_phase(&of_b));
+    TEST_ASSERT_EQUAL_INT32(1, wiring_stuck_sensor(&of_a));
+    TEST_ASSERT_EQUAL_INT32(2, wiring_stuck_sensor(&of_b));
 }
 
 /* ---- torque test ---- */

@@ -32,6 +32,13 @@ static bool has_noise(const still_watch_tuning_t *tuning, const still_limits_t *
     return limits->noise >= least * tuning->none * tuning->none;
 }
 
+void still_watch_forget(still_watch_t *watch)
+{
+    for (uint32_t n = 0u; n < 3u; n++) {
+        watch->off[n] = 0u;
+    }
+}
+
 still_noise_t still_watch_noise(const still_watch_tuning_t *tuning, const still_limits_t *limits,
                                 uint32_t still, float other)
 {
@@ -42,9 +49,7 @@ still_noise_t still_watch_noise(const still_watch_tuning_t *tuning, const still_
     return has_noise(tuning, limits, STILL_NOISY_LEAST) ? STILL_NOISE_SOON : STILL_NOISE_NONE;
 }
 
-/* True if a phase has almost no current, because its wire is open or by chance, and no third sensor excludes
- * an open wire. */
-static bool is_alone(const still_watch_tuning_t *tuning, const abc_t *current)
+bool still_watch_is_alone(const still_watch_tuning_t *tuning, const abc_t *current)
 {
     return tuning->sensors < 3u &&
            (bounds_within(current->a, tuning->none) || bounds_within(current->b, tuning->none) ||
@@ -54,7 +59,7 @@ static bool is_alone(const still_watch_tuning_t *tuning, const abc_t *current)
 uint32_t still_watch_verdict(const still_watch_tuning_t *tuning, const still_limits_t *limits, uint32_t n,
                              uint32_t still, float miss, still_noise_t noise)
 {
-    const bool sure = noise == STILL_NOISE_SILENT || !is_alone(tuning, limits->current) ||
+    const bool sure = noise == STILL_NOISE_SILENT || !still_watch_is_alone(tuning, limits->current) ||
                       (noise == STILL_NOISE_SOON && still >= STILL_NOISY) ||
                       (still >= STILL_ALONE && !bounds_within(miss, STILL_FAR * limits->off));
     return sure ? STILL_WATCH_STUCK : still >= STILL_WIRED ? STILL_WATCH_OPEN << n : 0u;

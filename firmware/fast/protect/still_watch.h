@@ -223,6 +223,13 @@ static inline bool still_watch_holds(const still_watch_tuning_t *tuning, float v
                          tuning->held + STILL_HELD_DEAD / STILL_PUSH_DEAD * tuning->push_link * u_dc);
 }
 
+/* True if a phase has almost no current [A], because its wire is open or by chance, and no third sensor
+ * excludes an open wire. */
+bool still_watch_is_alone(const still_watch_tuning_t *tuning, const abc_t *current);
+
+/* Removes the differences and jumps that were counted. */
+void still_watch_forget(still_watch_t *watch);
+
 /* What the noise says about a value that has not changed since STILL_LONG or longer, while another current,
  * `other` [A], flows. */
 typedef enum { STILL_NOISE_NONE, STILL_NOISE_SOON, STILL_NOISE_SILENT } still_noise_t;

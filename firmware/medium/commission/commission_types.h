@@ -63,7 +63,9 @@
     R(NO_STANDSTILL_ANGLE, "|no_standstill_angle",                                                           \
       "L does not show the direction of the magnets: the rotor followed the current, or its iron does not "  \
       "saturate",                                                                                            \
-      "hold the shaft, or let it turn and run the other steps")
+      "hold the shaft, or let it turn and run the other steps")                                              \
+    R(SENSOR_STUCK, "|sensor_stuck", "a current sensor does not change with the current of its phase",       \
+      "check supply and cable of the sensor that is named")
 
 typedef enum {
 #define COMMISSION_REASON(NAME, name, text, remedy) COMMISSION_REASON_##NAME,
@@ -77,8 +79,8 @@ typedef enum {
 typedef struct {
     uint32_t finished; /* [-] 1: the step has ended */
     int32_t reason;    /* [-] commission_reason_t; NONE: with a result */
-    int32_t detail;    /* [-] open_phase: 1 to 3; sensor_map: wiring_code(); no_standstill_angle: 1 or 2,
-                           see angle_step.h; else 0 */
+    int32_t detail;    /* [-] open_phase: 1 to 3; sensor_map: wiring_code(); noise, sensor_stuck: 1 or 2;
+                           no_standstill_angle: 1 or 2, see angle_step.h; else 0 */
 } commission_verdict_t;
 
 static inline commission_verdict_t commission_goes_on(void)

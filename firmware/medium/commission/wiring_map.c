@@ -8,9 +8,13 @@
 /* A map with a negative trace cannot be the true one. */
 #define IMPOSSIBLE 10.0f
 
-/* A voltage along the axis of an open phase drives no current: square of that answer over the largest one. A
- * sensor that does not change has 1/4 in the axis of its leg. */
+/* A voltage along the axis of an open phase drives no current, and no voltage drives a current in that phase:
+ * squares of these answers over the largest ones. A sensor that does not change has 1/4 of the first one in
+ * the axis of its leg. Exchanged sensors of a very salient rotor have at least 0.18 of the second one. */
 #define OPEN_MOST 0.0625f
+
+/* Square of the answers of a sensor that does not change, over those of the other one. */
+#define STUCK_MOST 0.01f
 
 /* Share of the saliency in the trace up to which a winding is plausible [-], and the score beyond it. */
 #define SALIENCY_MOST  0.8f
@@ -39,24 +43,46 @@ float wiring_rank(const wiring_matrix_t *matrix)
     return all > 0.0f ? 2.0f * bounds_magnitude(det) / all : 0.0f;
 }
 
+static const rotation_t axes[LEGS] = {
+    {0.0f, 1.0f}, {FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, -0.5f}};
+
+/* Square of the answer of all phases to a unit voltage along the axis of one of them. */
+static float answer_to(const wiring_matrix_t *matrix, int32_t phase)
+{
+    const rotation_t axis = axes[phase];
+    return length_square((ab_t){axis.cos * matrix->of_alpha.alpha + axis.sin * matrix->of_beta.alpha,
+                                axis.cos * matrix->of_alpha.beta + axis.sin * matrix->of_beta.beta});
+}
+
+/* Square of the answer of one phase to unit voltages along alpha and beta. */
+static float answer_of(const wiring_matrix_t *matrix, int32_t phase)
+{
+    const rotation_t axis = axes[phase];
+    return length_square((ab_t){axis.cos * matrix->of_alpha.alpha + axis.sin * matrix->of_alpha.beta,
+                                axis.cos * matrix->of_beta.alpha + axis.sin * matrix->of_beta.beta});
+}
+
 int32_t wiring_open_phase(const wiring_matrix_t *matrix)
 {
-    const rotation_t axes[LEGS] = {
-        {0.0f, 1.0f}, {FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, -0.5f}};
-    float least = 0.0f;
-    float most = 0.0f;
-    int32_t open = 1;
+    float most_to = 0.0f;
+    float most_of = 0.0f;
     for (int32_t n = 0; n < LEGS; n++) {
-        const ab_t answer = {axes[n].cos * matrix->of_alpha.alpha + axes[n].sin * matrix->of_beta.alpha,
-                             axes[n].cos * matrix->of_alpha.beta + axes[n].sin * matrix->of_beta.beta};
-        const float length = length_square(answer);
-        most = bounds_more(most, length);
-        if (n == 0 || length < least) {
-            least = length;
-            open = n + 1;
+        most_to = bounds_more(most_to, answer_to(matrix, n));
+        most_of = bounds_more(most_of, answer_of(matrix, n));
+    }
+    for (int32_t n = 0; n < LEGS; n++) {
+        if (answer_to(matrix, n) < OPEN_MOST * most_to && answer_of(matrix, n) < OPEN_MOST * most_of) {
+            return n + 1;
         }
     }
-    return least < OPEN_MOST * most ? open : 0;
+    return 0;
+}
+
+int32_t wiring_stuck_sensor(const wiring_matrix_t *matrix)
+{
+    const float a = answer_of(matrix, 0);
+    const float b = answer_of(matrix, 1);
+    return a < STUCK_MOST * b ? 1 : b < STUCK_MOST * a ? 2 : 0;
 }
 
 /* The true currents for these measured ones, if the sensors are connected as in this map. */

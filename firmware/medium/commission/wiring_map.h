@@ -31,8 +31,11 @@ void wiring_matrix_add(wiring_matrix_t *matrix, ab_t answer, rotation_t directio
 /* 2 |det M|/|M|^2 [-]: 1 for a round rotor, 0 with an open phase. */
 float wiring_rank(const wiring_matrix_t *matrix);
 
-/* The phase without an answer, 1 to 3; 0: each phase has one, and a sensor does not change. */
+/* The phase without an answer, 1 to 3; 0: each phase has one. */
 int32_t wiring_open_phase(const wiring_matrix_t *matrix);
+
+/* The sensor that does not change, 1 or 2, of a matrix in which each phase has an answer; 0: both change. */
+int32_t wiring_stuck_sensor(const wiring_matrix_t *matrix);
 
 /* Score of a map [-]: 0 for the true map of a round rotor, larger for others. */
 float wiring_score(const wiring_matrix_t *matrix, wiring_map_t map);

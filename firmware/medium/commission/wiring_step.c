@@ -8,6 +8,8 @@
 #define PULSE_WINDOWS 250u   /* [windows] longest decay of a pulse */
 #define PULSE_LEAST   0.4f   /* [A] least answer */
 #define PULSE_SHARE   0.1f   /* of the largest current [-] */
+#define PULSE_NOISE   50.0f  /* of the noise, least answer: see RANK_LEAST [-] */
+#define PULSE_ENOUGH  0.5f   /* of the largest current: an answer that is always sufficient [-] */
 #define PULSE_MOST    0.6f   /* of the largest current, at which a pulse ends [-] */
 #define FIRST_SHARE   0.005f /* of the DC link: voltage of the first pulse [-] */
 #define MOST_SHARE    0.25f  /* of the DC link: largest voltage [-] */
@@ -15,8 +17,12 @@
 #define LESS          0.85f
 #define PERIODS_MOST  100u
 #define RIPPLE_MOST   0.6f /* of the largest current [-] */
-#define RANK_LEAST    0.15f
-#define TURNS_FROM    0.08f /* sum of the answers over the sum of their lengths [-] */
+/* Rank of the matrix below which a phase may be open, or a sensor may be stuck [-]; a very salient rotor has
+ * such a rank as well. With an open phase an answer of r gives an entry of 2/sqrt(3) r in its column. The
+ * noise of six answers, each a difference of two samples with the standard deviation s, gives 0.82 s in the
+ * other one, and the rank 2 * 0.82 s/(1.15 r): 0.028 where r is PULSE_NOISE s, a fifth of this limit. */
+#define RANK_LEAST 0.15f
+#define TURNS_FROM 0.08f /* sum of the answers over the sum of their lengths [-] */
 
 static rotation_t unit(uint32_t direction)
 {
@@ -81,7 +87,14 @@ static commission_verdict_t judge(wiring_step_t *step, const commission_tuning_t
 {
     const float inductance = FRAMES_ONE_THIRD * step->inductances;
     if (wiring_rank(&step->matrix) < RANK_LEAST) {
-        return commission_failed(COMMISSION_REASON_OPEN_PHASE, wiring_open_phase(&step->matrix));
+        const int32_t open = wiring_open_phase(&step->matrix);
+        if (open != 0) {
+            return commission_failed(COMMISSION_REASON_OPEN_PHASE, open);
+        }
+        const int32_t stuck = wiring_stuck_sensor(&step->matrix);
+        if (stuck != 0) {
+            return commission_failed(COMMISSION_REASON_SENSOR_STUCK, stuck);
+        }
     }
     /* judged before the inductance: with a sensor of the wrong sign or leg the current falls along its pulse
      */
@@ -100,11 +113,13 @@ static commission_verdict_t judge(wiring_step_t *step, const commission_tuning_t
     return commission_finished();
 }
 
-/* The answer to a pulse of the search. */
+/* The answer to a pulse of the search; `noise` [A]: of the sensors. */
 static commission_verdict_t search(wiring_step_t *step, const commission_tuning_t *tuning,
-                                   const commission_input_t *input, excite_order_t *order)
+                                   const commission_input_t *input, excite_order_t *order, float noise)
 {
-    const float least = bounds_more(PULSE_SHARE * tuning->current_max, PULSE_LEAST);
+    const float visible = bounds_more(PULSE_LEAST, PULSE_NOISE * noise);
+    const float least = bounds_more(PULSE_SHARE * tuning->current_max,
+                                    bounds_less(visible, PULSE_ENOUGH * tuning->current_max));
     step->largest = bounds_more(step->largest, length(input->seen->response));
     uint32_t next = step->direction + 2u;
     if (next >= WIRING_DIRECTIONS) {
@@ -174,7 +189,7 @@ commission_verdict_t wiring_step(wiring_step_t *step, const commission_tuning_t 
                                              : commission_failed(COMMISSION_REASON_ROTOR_TURNS, 0);
     }
     if (step->phase == (int32_t)WIRING_SEARCH) {
-        return search(step, tuning, input, order);
+        return search(step, tuning, input, order, results->noise);
     }
     if (step->phase == (int32_t)WIRING_COMPARE) {
         return compare(step, tuning, input, order, results);

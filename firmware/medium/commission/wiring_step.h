@@ -3,7 +3,7 @@
  *
  *     zero vector   no current may flow
  *     search        pulses in three directions, with a voltage that grows by a quarter, later a longer pulse,
- *                   until an answer reaches 0.1 of the largest current
+ *                   until an answer reaches 0.1 of the largest current, 0.4 A and 50 times the noise
  *     matrix        pulses in six directions: wiring_map.h
  *     less the three directions with 0.85 of the voltage: the difference of two answers contains no loss of
  *     the dead time, L = 0.15 U n T/(i(U) - i(0.85 U)) */

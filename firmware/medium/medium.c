@@ -236,7 +236,8 @@ static jump_reaction_t at_a_jump(const medium_t *medium, const window_t *window)
 }
 
 /* One window of the requested step of commissioning. */
-static void commission(medium_t *medium, const window_t *window, const requests_t *requests)
+static void commission(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
+                       const requests_t *requests)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     const commission_window_t input = {
@@ -256,7 +257,7 @@ static void commission(medium_t *medium, const window_t *window, const requests_
             },
         .bridge_on = medium->sequence.state == (int32_t)DRIVE_OPERATION_ENABLED,
     };
-    commission_window(&medium->commission, requests->commission, &input);
+    commission_window(&medium->commission, &tuning->commission, requests->commission, &input);
 }
 
 /* Executes the active manoeuvre: source of the frame and references. */
@@ -407,7 +408,7 @@ void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t
     medium_watch_outputs(medium, tuning, window);
     judge(medium, tuning, window);
     const uint32_t order = sequence(medium, window, requests);
-    commission(medium, window, requests);
+    commission(medium, tuning, window, requests);
     manoeuvre(medium, tuning, window, requests, order);
     set(medium, tuning, window, order);
 }
@@ -426,7 +427,7 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
     oscillation_watch_init(&medium->speed.oscillation, &tuning->oscillation_watch);
     thermal_init(&medium->thermal, &tuning->thermal);
     supply_limit_reset(&medium->link.supply, &tuning->supply);
-    commission_init(&medium->commission, &tuning->commission);
+    commission_init(&medium->commission);
     medium_set_tuning(medium, tuning);
     medium->setpoint.calibrate = (int32_t)CALIBRATE_ALL;
     medium->setpoint.moments = GUARD_ALWAYS;
@@ -457,7 +458,6 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     if (tuning->supply.on == 0u) {
         supply_limit_reset(&medium->link.supply, &tuning->supply);
     }
-    commission_take(&medium->commission, &tuning->commission);
     medium->setpoint.models.flux_linkage = medium->flux.flux_linkage;
     medium->setpoint.models.speed_per_volt = medium->flux.speed_per_volt;
     medium->setpoint.models.dead_time = medium->dead_time_learn.effective;

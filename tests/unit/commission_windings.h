@@ -41,8 +41,7 @@ static void order_step(bench_t *bench, const commission_tuning_t *tuning, int32_
 {
     const commission_window_t window = {
         .standing = {&bench->seen, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}, (float)LINK}, .bridge_on = true};
-    bench->commission.tuning = *tuning;
-    commission_window(&bench->commission, step, &window);
+    commission_window(&bench->commission, tuning, step, &window);
 }
 
 /* The sums of a settled window for the present order, which has no sine. */

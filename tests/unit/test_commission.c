@@ -330,11 +330,11 @@ static int32_t board_with_noise(double sigma)
 {
     static const excite_seen_t none;
     commission_t commission;
-    commission_init(&commission, &TUNING);
+    commission_init(&commission);
     /* Two values that alternate have a deviation of exactly half their difference. */
     for (uint32_t n = 0u; n < 3200u; n++) {
         const commission_window_t window = window_of(&none, (float)(n % 2u == 0u ? sigma : -sigma), false);
-        commission_window(&commission, COMMISSION_BOARD, &window);
+        commission_window(&commission, &TUNING, COMMISSION_BOARD, &window);
     }
     TEST_ASSERT_TRUE(commission.state >= (int32_t)COMMISSION_DONE);
     return commission.reason;
@@ -350,17 +350,17 @@ static void test_step_waits_for_the_bridge_and_ends_with_it(void)
 {
     static const excite_seen_t none;
     commission_t commission;
-    commission_init(&commission, &TUNING);
+    commission_init(&commission);
     commission_window_t window = window_of(&none, 0.0f, false);
-    commission_window(&commission, COMMISSION_WIRING, &window);
+    commission_window(&commission, &TUNING, COMMISSION_WIRING, &window);
     TEST_ASSERT_EQUAL_INT32(COMMISSION_WAITS, commission.state);
     TEST_ASSERT_EQUAL_INT32(EXCITE_HOLD, commission.order.kind);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, commission.order.current);
     window.bridge_on = true;
-    commission_window(&commission, COMMISSION_WIRING, &window);
+    commission_window(&commission, &TUNING, COMMISSION_WIRING, &window);
     TEST_ASSERT_EQUAL_INT32(COMMISSION_WORKS, commission.state);
     window.bridge_on = false;
-    commission_window(&commission, COMMISSION_WIRING, &window);
+    commission_window(&commission, &TUNING, COMMISSION_WIRING, &window);
     TEST_ASSERT_EQUAL_INT32(COMMISSION_FAILED, commission.state);
     TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_BRIDGE_OPENED, commission.reason);
 }
@@ -371,9 +371,9 @@ static void test_step_without_the_earlier_ones_is_refused(void)
     static const int32_t steps[] = {COMMISSION_RESISTANCE, COMMISSION_INDUCTANCE, COMMISSION_SWING};
     for (uint32_t n = 0u; n < sizeof steps / sizeof steps[0]; n++) {
         commission_t commission;
-        commission_init(&commission, &TUNING);
+        commission_init(&commission);
         const commission_window_t window = window_of(&none, 0.0f, true);
-        commission_window(&commission, steps[n], &window);
+        commission_window(&commission, &TUNING, steps[n], &window);
         TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EARLIER_STEP, commission.reason);
     }
 }
@@ -383,12 +383,12 @@ static void test_no_answer_is_named(void)
 {
     commission_t commission;
     excite_seen_t seen = {.periods = 8u, .done = 1u};
-    commission_init(&commission, &TUNING);
+    commission_init(&commission);
     float most = 0.0f;
     uint32_t n = 0u;
     for (; n < 6000u && commission.state != (int32_t)COMMISSION_FAILED; n++) {
         const commission_window_t window = window_of(&seen, 0.0f, true);
-        commission_window(&commission, COMMISSION_WIRING, &window);
+        commission_window(&commission, &TUNING, COMMISSION_WIRING, &window);
         seen.serial = commission.order.serial;
         most = fmaxf(most, commission.order.voltage);
     }

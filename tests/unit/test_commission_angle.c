@@ -42,7 +42,7 @@ static void answer(bench_t *bench, const rotor_t *rotor)
 static int32_t angle_of(bench_t *bench, const rotor_t *rotor)
 {
     const double ripple_factor = rotor->ripple_factor > 0.0 ? rotor->ripple_factor : 1.0;
-    commission_init(&bench->commission, &TUNING);
+    commission_init(&bench->commission);
     bench->commission.results.noise = 0.01f;
     bench->commission.results.current_zone = 0.05f;
     bench->commission.results.inductance_pulse = (float)(ripple_factor * L_MEAN);
@@ -103,9 +103,9 @@ static void test_held_rotor_needs_the_resistance(void)
 {
     commission_window_t window = {.bridge_on = true};
     bench_t bench;
-    commission_init(&bench.commission, &TUNING);
+    commission_init(&bench.commission);
     bench.seen = (excite_seen_t){.serial = 0u};
     window.standing = (commission_input_t){.seen = &bench.seen, .u_dc = (float)LINK};
-    commission_window(&bench.commission, COMMISSION_ANGLE, &window);
+    commission_window(&bench.commission, &TUNING, COMMISSION_ANGLE, &window);
     TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EARLIER_STEP, bench.commission.reason);
 }

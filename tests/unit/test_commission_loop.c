@@ -69,7 +69,7 @@ static int32_t check_loop(loop_t *loop, double resistance, double inductance, do
     *loop = (loop_t){.resistance = resistance, .inductance = inductance, .loss = 10.0, .noise = noise};
     current_control_init(&loop->control, &control);
     excite_init(&loop->excite);
-    commission_init(&bench->commission, &tuning);
+    commission_init(&bench->commission);
     bench->commission.results.noise = (float)(noise / sqrt(3.0));
     bench->commission.results.inductance_pulse = (float)INDUCTANCE;
     bench->commission.results.inductance_d = (float)INDUCTANCE;
@@ -136,7 +136,7 @@ static void test_saturation_of_the_d_axis_is_no_error_of_the_loop(void)
 static void test_a_rotor_that_was_aligned_at_less_current_gets_no_more_than_this_current(void)
 {
     bench_t bench = {.seen = {.serial = 0u}};
-    commission_init(&bench.commission, &TUNING);
+    commission_init(&bench.commission);
     bench.commission.results.resistance = (float)RESISTANCE;
     bench.commission.results.inductance_pulse = (float)INDUCTANCE;
     bench.commission.results.inductance_d = (float)INDUCTANCE;
@@ -152,7 +152,7 @@ static int32_t turn_shaft(bench_t *bench, double across, double *turned)
     const winding_t winding = {.resistance = RESISTANCE, .across = across};
     double last = 0.0;
     *turned = 0.0;
-    commission_init(&bench->commission, &TUNING);
+    commission_init(&bench->commission);
     bench->commission.results.inductance_pulse = (float)INDUCTANCE;
     bench->commission.results.resistance = (float)RESISTANCE;
     bench->commission.results.current_hold = TUNING.current_hold;
@@ -182,7 +182,7 @@ static void test_steps_without_the_results_that_they_need_report_it(void)
     static const commission_step_t steps[] = {COMMISSION_CURRENT_LOOP, COMMISSION_TURN};
     for (uint32_t n = 0u; n < 2u; n++) {
         bench_t bench = {.seen = {.serial = 0u}};
-        commission_init(&bench.commission, &TUNING);
+        commission_init(&bench.commission);
         order_step(&bench, &TUNING, (int32_t)steps[n]);
         TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EARLIER_STEP, bench.commission.reason);
     }

@@ -13,7 +13,7 @@
 static int32_t resistance_of(bench_t *bench, const winding_t *winding, const commission_tuning_t *tuning)
 {
     const resistance_step_t *step = &bench->commission.work.resistance;
-    commission_init(&bench->commission, tuning);
+    commission_init(&bench->commission);
     bench->commission.results.inductance_pulse = 5e-3f;
     bench->seen = (excite_seen_t){.serial = 0u};
     order_step(bench, tuning, COMMISSION_RESISTANCE);
@@ -162,7 +162,7 @@ static int32_t measured_on(bench_t *bench, motor_t *motor, int32_t step)
 {
     excite_t excite;
     excite_init(&excite);
-    commission_init(&bench->commission, &TUNING);
+    commission_init(&bench->commission);
     bench->commission.results = (commission_results_t){.resistance = (float)motor->resistance,
                                                        .inductance_pulse = (float)motor->inductance,
                                                        .inductance_d = (float)motor->inductance,
@@ -183,7 +183,7 @@ static int32_t measured_on(bench_t *bench, motor_t *motor, int32_t step)
                          {(float)creal(motor->current), (float)cimag(motor->current)},
                          (float)LINK},
             .bridge_on = true};
-        commission_window(&bench->commission, step, &window);
+        commission_window(&bench->commission, &TUNING, step, &window);
     }
     return bench->commission.reason;
 }
@@ -283,11 +283,11 @@ static void test_board_names_a_low_link(void)
     static const excite_seen_t none;
     for (uint32_t low = 0u; low < 2u; low++) {
         commission_t commission;
-        commission_init(&commission, &TUNING);
+        commission_init(&commission);
         const commission_window_t window = {
             .standing = {&none, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}, low != 0u ? 199.0f : 201.0f}};
         for (uint32_t n = 0u; n < 3200u; n++) {
-            commission_window(&commission, COMMISSION_BOARD, &window);
+            commission_window(&commission, &TUNING, COMMISSION_BOARD, &window);
         }
         TEST_ASSERT_EQUAL_INT32(low != 0u ? COMMISSION_REASON_LINK_LOW : COMMISSION_REASON_NONE,
                                 commission.reason);
@@ -317,7 +317,7 @@ static void test_step_ends_after_its_largest_time_with_what_it_waited_for(void)
             .turning = {.runs = rows[n].runs, .speed = 100.0f, .least = 20.0f},
             .bridge_on = true};
         commission_t commission;
-        commission_init(&commission, &TUNING);
+        commission_init(&commission);
         commission.results = (commission_results_t){.resistance = 0.95f,
                                                     .inductance_pulse = 5e-3f,
                                                     .inductance_d = 5e-3f,
@@ -327,7 +327,7 @@ static void test_step_ends_after_its_largest_time_with_what_it_waited_for(void)
                                                     .inertia_first = 1e-3f};
         uint32_t windows = 0u;
         while (commission.state < (int32_t)COMMISSION_DONE) {
-            commission_window(&commission, (int32_t)rows[n].step, &window);
+            commission_window(&commission, &TUNING, (int32_t)rows[n].step, &window);
             windows++;
         }
         TEST_ASSERT_EQUAL_INT32(rows[n].reason, commission.reason);

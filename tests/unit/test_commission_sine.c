@@ -69,7 +69,7 @@ static void answer_sine(bench_t *bench, const winding_t *winding)
 
 static void begin_inductance(bench_t *bench, const winding_t *winding)
 {
-    commission_init(&bench->commission, &TUNING);
+    commission_init(&bench->commission);
     bench->commission.results.noise = (float)winding->noise;
     bench->commission.results.current_zone = (float)winding->zone;
     bench->commission.results.inductance_pulse = (float)fmax(winding->l_d, 1e-4);

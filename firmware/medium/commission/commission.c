@@ -22,10 +22,9 @@ static const row_t rows[] = {
 #undef ROW_OF_STEP
 };
 
-void commission_init(commission_t *commission, const commission_tuning_t *tuning)
+void commission_init(commission_t *commission)
 {
     memset(commission, 0, sizeof *commission);
-    commission_take(commission, tuning);
 }
 
 bool commission_excites(const commission_t *commission)
@@ -105,7 +104,8 @@ static float deviation(const commission_board_t *board, float sum, float square)
     return root_or_none(square / board->n - mean * mean);
 }
 
-static commission_verdict_t board_step(commission_t *commission, const commission_input_t *input)
+static commission_verdict_t board_step(commission_t *commission, const commission_tuning_t *tuning,
+                                       const commission_input_t *input)
 {
     commission_board_t *board = &commission->work.board;
     const abc_t now = input->current_abc;
@@ -123,25 +123,25 @@ static commission_verdict_t board_step(commission_t *commission, const commissio
     const float noise_a = deviation(board, board->sum.a, board->square.a);
     const float noise_b = deviation(board, board->sum.b, board->square.b);
     commission->results.noise = bounds_more(noise_a, noise_b);
-    if (input->u_dc < commission->tuning.undervoltage) {
+    if (input->u_dc < tuning->undervoltage) {
         return commission_failed(COMMISSION_REASON_LINK_LOW, 0);
     }
-    return commission->results.noise > commission->tuning.noise_max
+    return commission->results.noise > tuning->noise_max
                ? commission_failed(COMMISSION_REASON_NOISE, noise_a > noise_b ? 1 : 2)
                : commission_finished();
 }
 
 /* ---- all steps ---- */
 
-static commission_verdict_t work(commission_t *commission, const commission_window_t *input)
+static commission_verdict_t work(commission_t *commission, const commission_tuning_t *tuning,
+                                 const commission_window_t *input)
 {
-    const commission_tuning_t *tuning = &commission->tuning;
     commission_work_t *work = &commission->work;
     excite_order_t *order = &commission->order;
     commission_results_t *results = &commission->results;
     switch ((commission_step_t)commission->step) {
     case COMMISSION_BOARD:
-        return board_step(commission, &input->standing);
+        return board_step(commission, tuning, &input->standing);
     case COMMISSION_WIRING:
         return wiring_step(&work->wiring, tuning, &input->standing, order, results);
     case COMMISSION_RESISTANCE:
@@ -190,7 +190,8 @@ static commission_verdict_t late(const commission_t *commission, const commissio
                              0);
 }
 
-void commission_window(commission_t *commission, int32_t requested, const commission_window_t *input)
+void commission_window(commission_t *commission, const commission_tuning_t *tuning, int32_t requested,
+                       const commission_window_t *input)
 {
     if (requested != commission->step) {
         begin(commission, requested);
@@ -214,8 +215,8 @@ void commission_window(commission_t *commission, int32_t requested, const commis
         return;
     }
     commission->windows++;
-    commission_verdict_t verdict = work(commission, input);
-    if (verdict.finished == 0u && (float)commission->windows * commission->tuning.window > row->seconds) {
+    commission_verdict_t verdict = work(commission, tuning, input);
+    if (verdict.finished == 0u && (float)commission->windows * tuning->window > row->seconds) {
         verdict = late(commission, input);
     }
     if (verdict.finished != 0u) {

@@ -78,7 +78,6 @@ typedef union {
 } commission_work_t;
 
 typedef struct {
-    commission_tuning_t tuning;
     int32_t step;     /* [-] commission_step_t that is requested */
     int32_t state;    /* [-] commission_state_t */
     int32_t reason;   /* [-] commission_reason_t */
@@ -98,16 +97,11 @@ typedef struct {
     bool bridge_on; /* the motor may follow orders */
 } commission_window_t;
 
-void commission_init(commission_t *commission, const commission_tuning_t *tuning);
-
-/* Takes over new limits; results stay. */
-static inline void commission_take(commission_t *commission, const commission_tuning_t *tuning)
-{
-    commission->tuning = *tuning;
-}
+void commission_init(commission_t *commission);
 
 /* One window, with the requested step. */
-void commission_window(commission_t *commission, int32_t requested, const commission_window_t *input);
+void commission_window(commission_t *commission, const commission_tuning_t *tuning, int32_t requested,
+                       const commission_window_t *input);
 
 /* true: the requested step excites a standing motor, and current control does not work. */
 bool commission_excites(const commission_t *commission);

@@ -174,7 +174,7 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
     step->length =
         run->probe ? periods_of(BLOCK, tuning->window) : length_of(step->run, share * bias, tuning, results);
     const float block = (float)step->length * tuning->window;
-    float frequency = same          ? step->turn[RUN_Q] / (ANGLE_TWO_PI * tuning->period)
+    float frequency = same          ? step->turn_q / (ANGLE_TWO_PI * tuning->period)
                       : run->across ? run->frequency * frequency_across(bias * inductance, most)
                                     : run->frequency * FREQUENCY;
     float voltage = 0.0f;
@@ -185,8 +185,9 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
         frequency *= voltage < VOLTAGE_LEAST && n == 0u && !same ? 2.0f : 1.0f;
     }
     const float cycles = (float)(uint32_t)(frequency * block + 0.5f);
-    step->turn[step->run] = ANGLE_TWO_PI * cycles * tuning->period / block;
-    order->turn = step->turn[step->run];
+    order->turn = ANGLE_TWO_PI * cycles * tuning->period / block;
+    step->turn_q = step->run == RUN_Q ? order->turn : step->turn_q;
+    step->turn_lower = step->run == RUN_Q_LOWER ? order->turn : step->turn_lower;
     order->voltage = bounds_less((run->probe ? PROBE : 1.0f) * voltage, most);
     order->sine_across = run->across ? 1u : 0u;
     step->windows = 0u;
@@ -263,8 +264,8 @@ static float saturation_of(const sine_step_t *step, const commission_tuning_t *t
 static commission_verdict_t judge(const sine_step_t *step, const commission_tuning_t *tuning,
                                   commission_results_t *results)
 {
-    const float first = step->turn[RUN_Q] * step->turn[RUN_Q];
-    const float second = step->turn[RUN_Q_LOWER] * step->turn[RUN_Q_LOWER];
+    const float first = step->turn_q * step->turn_q;
+    const float second = step->turn_lower * step->turn_lower;
     const float inductance_q =
         (step->value[RUN_Q] * first - step->value[RUN_Q_LOWER] * second) / (first - second);
     const float inductance_d = step->value[RUN_D];
@@ -320,7 +321,7 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
     if (step->windows < from + step->length) {
         return commission_goes_on();
     }
-    const rotation_t turn = trig_turn(step->turn[step->run]);
+    const rotation_t turn = trig_turn(order->turn);
     const float inductance = sine_solve(step->voltage, step->along, turn, tuning);
     if (!(inductance > 0.0f)) {
         return commission_failed(COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE, 0);

@@ -64,7 +64,8 @@ typedef struct {
     float current;          /* largest standing current [A] */
     float guess_d, guess_q; /* L by which the next voltage is chosen [H] */
     float value[7];         /* L of each run [H] */
-    float turn[7];          /* w T of each run [rad] */
+    float turn_q;           /* w T of the first run across the axis [rad] ... */
+    float turn_lower;       /* ... and of the one at a lower frequency [rad] */
     float swing[7];         /* amplitude of the current of each run [A] */
     float beside[7];        /* current across the sine over that along it, in phase, of each run [-] */
     standing_t standing;

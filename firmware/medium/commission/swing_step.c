@@ -68,6 +68,14 @@ static ab_t active(const swing_motion_t *motion, const commission_results_t *res
         motion->before.beta + l_d * motion->from.beta + motion->flux.beta - l_q * motion->last.beta};
 }
 
+/* The same at its beginning. */
+static ab_t begun_of(const swing_motion_t *motion, const commission_results_t *results)
+{
+    const float apart = results->inductance_d - results->inductance_q;
+    return (ab_t){motion->before.alpha + apart * motion->from.alpha,
+                  motion->before.beta + apart * motion->from.beta};
+}
+
 /* Psi_m(t) - Psi_m(0). */
 static ab_t moved(const swing_motion_t *motion, bool known, const commission_results_t *results)
 {
@@ -94,8 +102,8 @@ static bool is_under_way(ab_t from, ab_t now)
 }
 
 /* Adds speed and torque of a window to the regression, from the active flux at its ends. */
-static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t before, ab_t after,
-                  ab_t current, float time)
+static void learn(swing_step_t *step, const commission_tuning_t *tuning, const commission_results_t *results,
+                  ab_t before, ab_t after, ab_t current, float time)
 {
     swing_motion_t *motion = &step->motion;
     const ab_t middle = {0.5f * (before.alpha + after.alpha), 0.5f * (before.beta + after.beta)};
@@ -107,7 +115,7 @@ static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t be
     }
     const float omega_e = cross(middle, change) / (length * time);
     motion->peak = bounds_more(motion->peak, bounds_magnitude(omega_e));
-    if (bounds_within(omega_e, SLOW * motion->peak) && is_under_way(motion->begun, after)) {
+    if (bounds_within(omega_e, SLOW * motion->peak) && is_under_way(begun_of(motion, results), after)) {
         motion->over = 1u;
     }
     if (motion->over != 0u) {
@@ -146,6 +154,12 @@ static ab_t centre_of(const swing_motion_t *motion)
                   share * (motion->yz * motion->xx - motion->xz * motion->xy)};
 }
 
+/* The direction of a jump, as an index of `rest`. */
+static uint32_t direction_of(uint32_t jump)
+{
+    return 1u - jump % 2u;
+}
+
 static void add(swing_step_t *step, const commission_tuning_t *tuning, const swing_window_t *window,
                 const commission_results_t *results)
 {
@@ -157,37 +171,31 @@ static void add(swing_step_t *step, const commission_tuning_t *tuning, const swi
     const ab_t loss = lost(current, results);
     const bool known = results->flux_first > 0.0f;
     const ab_t before = active(motion, results);
+    const ab_t rest = step->rest[step->jump == 0u ? 0u : direction_of(step->jump)];
     motion->flux.alpha +=
-        time * (voltage.alpha - results->resistance * current.alpha - loss.alpha - step->used.alpha);
-    motion->flux.beta +=
-        time * (voltage.beta - results->resistance * current.beta - loss.beta - step->used.beta);
+        time * (voltage.alpha - results->resistance * current.alpha - loss.alpha - rest.alpha);
+    motion->flux.beta += time * (voltage.beta - results->resistance * current.beta - loss.beta - rest.beta);
     motion->last = window->sample;
     add_point(motion, moved(motion, known, results));
     if (known) {
-        learn(step, tuning, before, active(motion, results), current, time);
+        learn(step, tuning, results, before, active(motion, results), current, time);
     }
 }
 
 /* Selects the next direction: the jumps alternate between two directions. */
-static void jump(swing_step_t *step, const commission_input_t *input, ab_t before,
-                 const commission_results_t *results, excite_order_t *order)
+static void jump(swing_step_t *step, const commission_input_t *input, ab_t before, excite_order_t *order)
 {
     step->motion = (swing_motion_t){.from = input->current, .last = input->current, .before = before};
-    step->motion.begun = active(&step->motion, results);
-    const uint32_t to = 1u - step->jump % 2u;
-    step->used = step->rest[step->jump == 0u ? 0u : to];
-    step->angle = to != 0u ? 0.0f : -THIRD_TURN;
-    order->axis = trig_turn(step->angle);
+    order->axis = trig_turn(direction_of(step->jump) != 0u ? 0.0f : -THIRD_TURN);
     step->windows = 0u;
     step->phase = (int32_t)SWING_JUMP;
 }
 
 /* The voltage at rest, from the mean of a block, that R and the loss of the legs do not explain. */
-static ab_t rest_of(const swing_step_t *step, const commission_results_t *results)
+static ab_t rest_of(const swing_step_t *step, const commission_results_t *results, rotation_t axis)
 {
     const dq_t voltage = commission_mean_of(&step->standing.mean, step->standing.mean.voltage);
     const dq_t current = commission_mean_of(&step->standing.mean, step->standing.mean.current);
-    const rotation_t axis = trig_turn(step->angle);
     const ab_t flows = frames_inverse_park(current, axis);
     const ab_t stands = frames_inverse_park(voltage, axis);
     const ab_t loss = lost(flows, results);
@@ -233,7 +241,7 @@ static commission_verdict_t conclude(swing_step_t *step, const commission_input_
         step->fit = (swing_fit_t){0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
         results->flux_first = 0.0f;
         order->across *= FREER;
-        jump(step, input, before, results, order);
+        jump(step, input, before, order);
         return commission_goes_on();
     }
     if (step->current > salient_current(SALIENT_MOST, step->flux, results) && step->again < AGAIN_MOST) {
@@ -247,12 +255,11 @@ static commission_verdict_t conclude(swing_step_t *step, const commission_input_
 
 /* Psi_m of the rotor at rest. A salient rotor is assumed to lie on the axis: the errors of `shown`, the Psi_m
  * from the last motion, would turn the active flux in the next motion. */
-static ab_t begins_at(const swing_step_t *step, const commission_results_t *results, ab_t shown, float psi)
+static ab_t begins_at(const commission_results_t *results, rotation_t axis, ab_t shown, float psi)
 {
     if (results->inductance_q < SALIENT_FROM * results->inductance_d) {
         return shown;
     }
-    const rotation_t axis = trig_turn(step->angle);
     return (ab_t){psi * axis.cos, psi * axis.sin};
 }
 
@@ -260,13 +267,13 @@ static ab_t begins_at(const swing_step_t *step, const commission_results_t *resu
 static commission_verdict_t judge(swing_step_t *step, const commission_input_t *input,
                                   commission_results_t *results, excite_order_t *order)
 {
-    const ab_t rest = rest_of(step, results);
-    step->rest[1u - step->jump % 2u] = rest;
+    const ab_t rest = rest_of(step, results, order->axis);
+    step->rest[direction_of(step->jump)] = rest;
     const ab_t end = moved(&step->motion, results->flux_first > 0.0f, results);
     const ab_t centre = centre_of(&step->motion);
     const float psi = root_or_none(centre.alpha * centre.alpha + centre.beta * centre.beta);
     const ab_t now = {end.alpha - centre.alpha, end.beta - centre.beta};
-    const ab_t before = begins_at(step, results, now, psi);
+    const ab_t before = begins_at(results, order->axis, now, psi);
     if (step->jump > 0u) {
         /* the first circle gives only a first value: for the others the direction of the rotor is known */
         step->flux_sum += step->jump > 1u ? psi : 0.0f;
@@ -283,7 +290,7 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
     }
     step->jump++;
     if (step->jump < JUMPS) {
-        jump(step, input, before, results, order);
+        jump(step, input, before, order);
         return commission_goes_on();
     }
     return conclude(step, input, before, results, order);
@@ -312,8 +319,7 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         results->flux_first = 0.0f;
         step->current = bounds_less(SHARE_MOST * tuning->current_max, HOLD_MOST * results->current_hold);
         step->current = bounds_less(step->current, salient_current(SALIENT_SHARE, psi, results));
-        step->angle = -THIRD_TURN;
-        standing_begin(&step->standing, step->angle, input->u_dc, tuning, results, order);
+        standing_begin(&step->standing, -THIRD_TURN, input->u_dc, tuning, results, order);
         order->current = step->current;
         step->phase = (int32_t)SWING_ALIGN;
         return commission_goes_on();
@@ -342,8 +348,8 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         if (step->phase == (int32_t)SWING_REST) {
             return judge(step, input, results, order);
         }
-        step->rest[0] = rest_of(step, results);
-        jump(step, input, (ab_t){0.0f, 0.0f}, results, order);
+        step->rest[0] = rest_of(step, results, order->axis);
+        jump(step, input, (ab_t){0.0f, 0.0f}, order);
         break;
     case STANDING_NEVER:
         return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);

@@ -31,7 +31,6 @@ typedef struct {
     ab_t from;                /* current at the beginning [A] */
     ab_t last;                /* current at the end of the last window [A] */
     ab_t before;              /* Psi_m at the beginning, once psi_f is known [Wb] */
-    ab_t begun;               /* active flux at the beginning [Wb] */
     float xx, xy, yy, xz, yz; /* sums for the fit of the circle */
     float impulse;            /* int of the torque [N m s] */
     float moving;             /* time of motion forwards minus that backwards [s] */
@@ -54,9 +53,7 @@ typedef struct {
     uint32_t freer;   /* [-] number of times that the braking was reduced, because J could not be measured */
     float flux, inertia, share; /* of the jumps with the best measurement of J [Wb], [kg m^2], [-] */
     float current;              /* [A] */
-    float angle;                /* of the axis [rad] */
     ab_t rest[2];   /* voltage at rest in addition to that of the equation, for each direction [V] */
-    ab_t used;      /* the element of `rest` for this jump [V] */
     float flux_sum; /* of psi_f over the jumps [Wb] */
     float flux_least, flux_most; /* of the same [Wb] */
     swing_motion_t motion;

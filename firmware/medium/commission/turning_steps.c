@@ -304,22 +304,24 @@ static bool is_turned(const torque_test_t *step, const commission_tuning_t *tuni
     return LOSS_REST * results->dead_voltage * bounds_magnitude(current_d) > TURNED_MOST * step->push * emf;
 }
 
-/* Solves the fit of the slices and of the steady speeds. false: the fit has no solution yet. */
-static bool solve(const torque_test_t *step, float x[TURNING_UNKNOWNS], float *error)
+/* J by the fit of the slices and of the steady speeds. */
+typedef struct {
+    float inertia; /* 0: the fit has no solution yet [kg m^2] */
+    float error;   /* standard error, relative; 1 without a solution [-] */
+} fitted_t;
+
+static fitted_t solve(const torque_test_t *step)
 {
+    float x[TURNING_UNKNOWNS];
+    float error = 1.0f;
     turning_fit_t fit = step->fit;
     for (uint32_t n = 0u; n < 2u && step->changed == 0u; n++) {
         add_row(step, &fit, root_or_none(STEADY_SLICES * WEIGHT_MOST), step->point[n]);
     }
-    return step->fit.n >= SLICES_LEAST && turning_fit_solve(&fit, x, error);
-}
-
-/* J of the fit [kg m^2] and its standard error, relative; 0: there is none that is good enough. */
-static float inertia_of(const torque_test_t *step, float *error)
-{
-    float x[TURNING_UNKNOWNS];
-    const bool good = solve(step, x, error) && x[0] > 0.0f && *error <= SCATTER_MOST;
-    return good ? 1.0f / x[0] : 0.0f;
+    if (step->fit.n < SLICES_LEAST || !turning_fit_solve(&fit, x, &error) || !(x[0] > 0.0f)) {
+        return (fitted_t){0.0f, 1.0f};
+    }
+    return (fitted_t){1.0f / x[0], error};
 }
 
 /* The swing has measured J in another way, proportional to its psi_f, which is known better now: if the two
@@ -344,10 +346,10 @@ static void begin_second(torque_test_t *step, float inertia)
 }
 
 /* The pushes have ended: computes the friction by the steady speeds, or starts a second test. */
-static commission_verdict_t judge(torque_test_t *step, commission_results_t *results, float psi)
+static commission_verdict_t judge(torque_test_t *step, commission_results_t *results, fitted_t fitted,
+                                  float psi)
 {
-    float error;
-    const float inertia = inertia_of(step, &error);
+    const float inertia = fitted.error <= SCATTER_MOST ? fitted.inertia : 0.0f;
     const bool confirmed = inertia > 0.0f && is_confirmed(step, results, psi, inertia);
     if (inertia > 0.0f && step->earlier == 0.0f && !confirmed) {
         begin_second(step, inertia);
@@ -364,7 +366,7 @@ static commission_verdict_t judge(torque_test_t *step, commission_results_t *res
     const float slope = apart > 0.0f ? (torque_fast - torque_slow) / apart : 0.0f;
     const float viscous = bounds_more(slope, 0.0f);
     results->inertia = inertia;
-    results->inertia_scatter = error;
+    results->inertia_scatter = fitted.error;
     results->friction_viscous = viscous;
     results->friction_coulomb =
         bounds_more(0.5f * (torque_fast + torque_slow - viscous * (fast->omega + slow->omega)), 0.0f);
@@ -372,16 +374,10 @@ static commission_verdict_t judge(torque_test_t *step, commission_results_t *res
 }
 
 /* true: the fit needs another cycle. */
-static bool goes_on(const torque_test_t *step)
+static bool goes_on(const torque_test_t *step, fitted_t fitted)
 {
-    float x[TURNING_UNKNOWNS];
-    float error = 1.0f;
-    const bool solved = solve(step, x, &error);
-    uint32_t least = CYCLES;
-    if (solved && error < SCATTER_FINE) {
-        least = CYCLES_FEW;
-    }
-    return step->cycle < least || (!(solved && error < SCATTER_GOOD) && step->cycle < CYCLES_MOST);
+    const uint32_t least = fitted.error < SCATTER_FINE ? CYCLES_FEW : CYCLES;
+    return step->cycle < least || (!(fitted.error < SCATTER_GOOD) && step->cycle < CYCLES_MOST);
 }
 
 /* The end of a phase. The phases of the first cycle show how long they take. The slices are then made as long
@@ -423,9 +419,13 @@ static commission_verdict_t push(torque_test_t *step, const commission_tuning_t 
             end_phase(step, TORQUE_COAST);
         }
     } else if (step->phase == (int32_t)TORQUE_COAST) {
-        if (step->windows == SKIP + 1u && !goes_on(step)) {
-            return judge(step, results, psi);
-        } else if (omega_m < middle || step->windows >= step->coasts) {
+        if (step->windows == SKIP + 1u) {
+            const fitted_t fitted = solve(step);
+            if (!goes_on(step, fitted)) {
+                return judge(step, results, fitted, psi);
+            }
+        }
+        if (omega_m < middle || step->windows >= step->coasts) {
             end_phase(step, TORQUE_DOWN);
         }
     } else if (omega_m < step->low) {

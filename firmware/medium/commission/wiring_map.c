@@ -115,18 +115,20 @@ float wiring_score(const wiring_matrix_t *matrix, wiring_map_t map)
                                     : skew;
 }
 
-wiring_map_t wiring_best(const wiring_matrix_t *matrix)
+wiring_map_t wiring_map_of(uint32_t n)
 {
-    wiring_map_t best = {0, 1, 1, 1};
-    float least = wiring_score(matrix, best);
-    for (int32_t n = 0; n < LEGS * LEGS * 4; n++) {
-        const wiring_map_t map = {n % LEGS, (n / LEGS) % LEGS, (n / (LEGS * LEGS)) % 2 == 0 ? 1 : -1,
-                                  n / (2 * LEGS * LEGS) == 0 ? 1 : -1};
-        const float score = map.leg_a != map.leg_b ? wiring_score(matrix, map) : IMPOSSIBLE;
-        if (score < least) {
-            least = score;
-            best = map;
-        }
+    const int32_t leg_a = (int32_t)(n % 6u) / 2;
+    const int32_t leg_b = (leg_a + 1 + (int32_t)(n % 2u)) % LEGS;
+    return (wiring_map_t){leg_a, leg_b, (n / 6u) % 2u == 0u ? 1 : -1, n / 12u == 0u ? 1 : -1};
+}
+
+bool wiring_search(wiring_search_t *search, const wiring_matrix_t *matrix)
+{
+    const float score = wiring_score(matrix, wiring_map_of(search->tried));
+    if (search->tried == 0u || score < search->least) {
+        search->least = score;
+        search->best = search->tried;
     }
-    return best;
+    search->tried++;
+    return search->tried == WIRING_MAPS;
 }

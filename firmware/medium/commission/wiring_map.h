@@ -5,7 +5,7 @@
  * Opposite pulses cancel offsets and the loss of the dead time. An open phase leaves one direction without an
  * answer: M has rank one. With correct wiring M is symmetric and positive (L^-1 of the winding). There are 24
  * maps of two sensors (leg and sign of each). The effect of each map is removed from M; the true map is the
- * one that leaves a symmetric and positive matrix. Runs once, after the pulses. */
+ * one that leaves a symmetric and positive matrix. After the pulses, one map in a window. */
 #ifndef MEDIUM_COMMISSION_WIRING_MAP_H
 #define MEDIUM_COMMISSION_WIRING_MAP_H
 
@@ -40,8 +40,20 @@ int32_t wiring_stuck_sensor(const wiring_matrix_t *matrix);
 /* Score of a map [-]: 0 for the true map of a round rotor, larger for others. */
 float wiring_score(const wiring_matrix_t *matrix, wiring_map_t map);
 
-/* The map with the smallest score. */
-wiring_map_t wiring_best(const wiring_matrix_t *matrix);
+#define WIRING_MAPS 24u
+
+/* One of the WIRING_MAPS maps; 0: the right one. */
+wiring_map_t wiring_map_of(uint32_t n);
+
+/* Search for the map with the smallest score; it begins with zeros. */
+typedef struct {
+    uint32_t tried; /* [-] number of maps whose score is known */
+    uint32_t best;  /* [-] the one with the smallest score, for wiring_map_of() */
+    float least;    /* this score [-] */
+} wiring_search_t;
+
+/* Tries one map. true: it was the last one. */
+bool wiring_search(wiring_search_t *search, const wiring_matrix_t *matrix);
 
 static inline bool wiring_is_right(wiring_map_t map)
 {

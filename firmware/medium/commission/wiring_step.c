@@ -82,10 +82,9 @@ static commission_verdict_t turns(wiring_step_t *step, const commission_tuning_t
     return commission_goes_on();
 }
 
-static commission_verdict_t judge(wiring_step_t *step, const commission_tuning_t *tuning, float u_dc,
-                                  excite_order_t *order, commission_results_t *results)
+/* The pulses have ended. An open phase or a stuck sensor ends the step. */
+static commission_verdict_t judge_wires(wiring_step_t *step)
 {
-    const float inductance = FRAMES_ONE_THIRD * step->inductances;
     if (wiring_rank(&step->matrix) < RANK_LEAST) {
         const int32_t open = wiring_open_phase(&step->matrix);
         if (open != 0) {
@@ -96,9 +95,17 @@ static commission_verdict_t judge(wiring_step_t *step, const commission_tuning_t
             return commission_failed(COMMISSION_REASON_SENSOR_STUCK, stuck);
         }
     }
-    /* judged before the inductance: with a sensor of the wrong sign or leg the current falls along its pulse
-     */
-    const wiring_map_t map = wiring_best(&step->matrix);
+    step->phase = (int32_t)WIRING_MAP;
+    return commission_goes_on();
+}
+
+/* The map is known. It is judged before the inductance: with a sensor of the wrong sign or leg the current
+ * falls along its pulse. */
+static commission_verdict_t judge(wiring_step_t *step, const commission_tuning_t *tuning, float u_dc,
+                                  excite_order_t *order, commission_results_t *results)
+{
+    const float inductance = FRAMES_ONE_THIRD * step->inductances;
+    const wiring_map_t map = wiring_map_of(step->search.best);
     if (!wiring_is_right(map)) {
         return commission_failed(COMMISSION_REASON_SENSOR_MAP, wiring_code(map));
     }
@@ -152,15 +159,14 @@ static void add(wiring_step_t *step, const commission_tuning_t *tuning, ab_t res
 
 /* The answer to a smaller pulse. */
 static commission_verdict_t compare(wiring_step_t *step, const commission_tuning_t *tuning,
-                                    const commission_input_t *input, excite_order_t *order,
-                                    commission_results_t *results)
+                                    const commission_input_t *input, excite_order_t *order)
 {
     const float along = frames_park(input->seen->response, unit(step->direction)).d;
     const float rise = step->along[step->direction] - along;
     const float flux = (1.0f - LESS) * step->voltage * (float)step->periods * tuning->period;
     step->inductances += rise > 0.0f ? flux / rise : 0.0f;
     if (step->direction + 2u >= WIRING_DIRECTIONS) {
-        return judge(step, tuning, input->u_dc, order, results);
+        return judge_wires(step);
     }
     fire(step, tuning, step->direction + 2u, order);
     return commission_goes_on();
@@ -184,6 +190,10 @@ commission_verdict_t wiring_step(wiring_step_t *step, const commission_tuning_t 
         fire(step, tuning, 0u, order);
         return commission_goes_on();
     }
+    if (step->phase == (int32_t)WIRING_MAP) {
+        return wiring_search(&step->search, &step->matrix) ? judge(step, tuning, input->u_dc, order, results)
+                                                           : commission_goes_on();
+    }
     if (seen->serial != order->serial || seen->done == 0u) {
         return step->windows < PULSE_WINDOWS ? commission_goes_on()
                                              : commission_failed(COMMISSION_REASON_ROTOR_TURNS, 0);
@@ -192,7 +202,7 @@ commission_verdict_t wiring_step(wiring_step_t *step, const commission_tuning_t 
         return search(step, tuning, input, order, results->noise);
     }
     if (step->phase == (int32_t)WIRING_COMPARE) {
-        return compare(step, tuning, input, order, results);
+        return compare(step, tuning, input, order);
     }
     add(step, tuning, seen->response, order);
     return commission_goes_on();

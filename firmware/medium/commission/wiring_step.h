@@ -6,7 +6,8 @@
  *                   until an answer reaches 0.1 of the largest current, 0.4 A and 50 times the noise
  *     matrix        pulses in six directions: wiring_map.h
  *     less the three directions with 0.85 of the voltage: the difference of two answers contains no loss of
- *     the dead time, L = 0.15 U n T/(i(U) - i(0.85 U)) */
+ *     the dead time, L = 0.15 U n T/(i(U) - i(0.85 U))
+ *     map          the map of the sensors that fits the matrix best */
 #ifndef MEDIUM_COMMISSION_WIRING_STEP_H
 #define MEDIUM_COMMISSION_WIRING_STEP_H
 
@@ -15,7 +16,7 @@
 
 #define WIRING_DIRECTIONS 6u
 
-typedef enum { WIRING_ZERO, WIRING_SEARCH, WIRING_MATRIX, WIRING_COMPARE } wiring_phase_t;
+typedef enum { WIRING_ZERO, WIRING_SEARCH, WIRING_MATRIX, WIRING_COMPARE, WIRING_MAP } wiring_phase_t;
 
 typedef struct {
     int32_t phase;      /* [-] wiring_phase_t */
@@ -30,6 +31,7 @@ typedef struct {
     float lengths;                  /* of the answers, summed [A] */
     float along[WIRING_DIRECTIONS]; /* answers along their directions [A] */
     float inductances;              /* sum of L [H] */
+    wiring_search_t search;
 } wiring_step_t;
 
 void wiring_step_begin(wiring_step_t *step);

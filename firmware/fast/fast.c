@@ -321,25 +321,29 @@ static bool comes_on(fast_t *fast, const fast_limits_t *limits)
     return fast->bridge.on < gates_at || fast->bridge.charging != 0u;
 }
 
-/* The estimator runs from the first period of the gates on. */
-static void begin_estimate(fast_t *fast)
+/* The estimator runs from the first period of the gates on. While a motor with unknown data is excited, no
+ * other module uses its estimate. */
+static void begin_estimate(fast_t *fast, const setpoint_t *setpoint)
 {
     const bool encoder = fast->reference.source == (int32_t)SOURCE_ENCODER;
-    chosen_reset(&fast->estimator, encoder ? fast->shaft.position : (position_t){0.0f, 0.0f},
-                 fast->measure.measured.current);
+    if (setpoint->excite.kind == (int32_t)EXCITE_NONE) {
+        chosen_reset(&fast->estimator, encoder ? fast->shaft.position : (position_t){0.0f, 0.0f},
+                     fast->measure.measured.current);
+    }
     current_control_reset(&fast->current_control, (dq_t){0.0f, 0.0f});
     fast->estimating = 1u;
 }
 
 static void run(fast_t *fast, fast_orders_t orders, bool left)
 {
-    const bool comes =
-        (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) && comes_on(fast, &orders.tuning->limits);
-    if (fast->bridge.on >= FAST_ON) {
+    bool comes = false;
+    if (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) {
+        comes = comes_on(fast, &orders.tuning->limits);
+    } else {
         fast->command.gates = (int32_t)GATES_KEEP;
     }
     if (!comes && fast->estimating == 0u) {
-        begin_estimate(fast);
+        begin_estimate(fast, orders.setpoint);
     }
     demand(fast, orders, left);
     limit_by_link(fast, orders);

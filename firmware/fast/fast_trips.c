@@ -128,11 +128,18 @@ static bool tests_wires(const fast_t *fast, fast_orders_t orders)
            still_watch_is_alone(&orders.tuning->still_watch, &fast->measure.measured.current_abc);
 }
 
+/* Reacts to a value that did not change although it had to, STILL_WATCH_... bits. */
+static void react_to_still(fast_t *fast, fast_orders_t orders, uint32_t found)
+{
+    if (tests_wires(fast, orders)) {
+        still_watch_forget(&fast->still_watch);
+    } else if ((found & STILL_WATCH_STUCK) != 0u || is_wired(fast, orders, found)) {
+        fast_stop(fast, REASON_CURRENT_STUCK);
+    }
+}
+
 void fast_judge_still(fast_t *fast, fast_orders_t orders)
 {
-    if ((fast_moments(&fast->bridge, orders.setpoint) & GUARD_RUNNING) == 0u) {
-        return;
-    }
     const still_watch_input_t input = {
         .asked = frames_inverse_park(fast->demand.current, fast->demand.frame.rotation),
         .current = &fast->measure.measured.current_abc,
@@ -143,9 +150,7 @@ void fast_judge_still(fast_t *fast, fast_orders_t orders)
         .limited = fast->control.limited != 0u,
     };
     const uint32_t found = still_watch_judge(&fast->still_watch, &orders.tuning->still_watch, &input);
-    if (found != 0u && tests_wires(fast, orders)) {
-        still_watch_forget(&fast->still_watch);
-    } else if (found != 0u && ((found & STILL_WATCH_STUCK) != 0u || is_wired(fast, orders, found))) {
-        fast_stop(fast, REASON_CURRENT_STUCK);
+    if (found != 0u) {
+        react_to_still(fast, orders, found);
     }
 }

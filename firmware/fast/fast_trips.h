@@ -70,7 +70,8 @@ static inline bool fast_trip(fast_t *fast, fast_orders_t orders, const drive_sam
             encoder_wrong); /* the input is built again, because a variable would be stored in each period */
     }
     if (still_watch_count(&fast->still_watch, &tuning->still_watch, samples->i_a, samples->i_b,
-                          samples->i_c)) {
+                          samples->i_c) &&
+        (fast_moments(&fast->bridge, orders.setpoint) & GUARD_RUNNING) != 0u) {
         fast_judge_still(fast, orders);
     }
     still_watch_remember(&fast->still_watch, &fast->acted.voltage);

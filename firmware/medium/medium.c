@@ -240,6 +240,9 @@ static void commission(medium_t *medium, const medium_tuning_t *tuning, const wi
                        const requests_t *requests)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
+    if (commission_is_off(&medium->commission, requests->commission)) {
+        return;
+    }
     const commission_window_t input = {
         .standing = {.seen = &window->excite,
                      .current_abc = window->measured.current_abc,

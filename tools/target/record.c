@@ -494,6 +494,30 @@ static void fault_and_reset(void)
     run_to(MANOEUVRE_RUN, 210);
 }
 
+/* The excitations of commissioning, with a motor at standstill: the pulses of the step `wiring` until it has
+ * its result, and the current of `resistance`. Its sums with a sine are formed for every kind of excitation.
+ * The check of the current loop needs the results of 15 s and costs less. The windows of all steps are in
+ * record_windows.c. */
+static void commissioning(void)
+{
+    stage(1.0);
+    apply();
+    set("commission", (double)COMMISSION_WIRING);
+    set("enable", 1.0);
+    run(SWITCHING_ON);
+    for (uint32_t n = 0; n < 4000u && value("commission_state") == (double)COMMISSION_WORKS; n++) {
+        run(1);
+    }
+    expect(operating() && value("commission_state") == (double)COMMISSION_DONE);
+    set("enable", 0.0);
+    run(SWITCHING_ON);
+    set("commission", (double)COMMISSION_RESISTANCE);
+    set("enable", 1.0);
+    run(SWITCHING_ON);
+    run(1200);
+    expect(operating() && value("commission_state") == (double)COMMISSION_WORKS);
+}
+
 /* The observers and compensations of the paper: sign, and the sigmoid per axis. */
 static void paper(double switching, double lag)
 {
@@ -534,6 +558,7 @@ static const struct {
     {"relock and start anew", 1600, true, fault_and_reset},
     {"all learnt", 1600, true, all_learnt},
     {"nothing learnt", 1600, true, nothing_learnt},
+    {"commissioning", 5400, true, commissioning},
     {"paper sign", 540, false, paper_sign},
     {"paper sigmoid per axis", 540, false, paper_sigmoid},
 };

@@ -40,11 +40,6 @@ void __wrap_commission_window(commission_t *commission, const commission_tuning_
 void __wrap_commission_window(commission_t *commission, const commission_tuning_t *tuning, int32_t requested,
                               const commission_window_t *input)
 {
-    const bool idle = requested == (int32_t)COMMISSION_OFF && commission->step == (int32_t)COMMISSION_OFF;
-    if (idle) { /* the state does not change */
-        __real_commission_window(commission, tuning, requested, input);
-        return;
-    }
     const bool anew = begun != commission;
     if (anew) {
         begun = commission;

@@ -74,7 +74,7 @@ static dq_t hold(excite_t *excite, const excite_order_t *order, dq_t current)
                   -(order->across + brake) * current.q - order->across_hard * beyond};
 }
 
-static void add(dq_t *sum, float share, dq_t value)
+static void accumulate(dq_t *sum, float share, dq_t value)
 {
     sum->d += share * value.d;
     sum->q += share * value.q;
@@ -83,12 +83,12 @@ static void add(dq_t *sum, float share, dq_t value)
 static void sum_up(excite_seen_t *seen, rotation_t phase, dq_t voltage, dq_t current)
 {
     seen->periods++;
-    add(&seen->voltage, 1.0f, voltage);
-    add(&seen->current, 1.0f, current);
-    add(&seen->voltage_cos, phase.cos, voltage);
-    add(&seen->voltage_sin, phase.sin, voltage);
-    add(&seen->current_cos, phase.cos, current);
-    add(&seen->current_sin, phase.sin, current);
+    accumulate(&seen->voltage, 1.0f, voltage);
+    accumulate(&seen->current, 1.0f, current);
+    accumulate(&seen->voltage_cos, phase.cos, voltage);
+    accumulate(&seen->voltage_sin, phase.sin, voltage);
+    accumulate(&seen->current_cos, phase.cos, current);
+    accumulate(&seen->current_sin, phase.sin, current);
 }
 
 ab_t excite_step(excite_t *excite, const excite_order_t *order, ab_t current, ab_t acted)
@@ -127,7 +127,7 @@ dq_t excite_loop(excite_t *excite, const excite_order_t *order, dq_t current)
         seen->current_cos.d += excite->before.beta * excite->before.beta;
     }
     seen->periods++;
-    add(&seen->current, 1.0f, current);
+    accumulate(&seen->current, 1.0f, current);
     excite->before = (ab_t){error, excite->before.alpha};
     excite->count = count + 1u;
     if (excite->count >= order->periods) {
@@ -144,7 +144,18 @@ void excite_close(excite_t *excite, excite_seen_t *seen)
 {
     const dq_t none = {0.0f, 0.0f};
     excite_seen_t *now = &excite->seen;
-    *seen = *now;
+    /* Copied field by field, because the compiler copies a whole struct by a function call. */
+    seen->periods = now->periods;
+    seen->serial = now->serial;
+    seen->done = now->done;
+    seen->axis = now->axis;
+    seen->response = now->response;
+    seen->voltage = now->voltage;
+    seen->current = now->current;
+    seen->voltage_cos = now->voltage_cos;
+    seen->voltage_sin = now->voltage_sin;
+    seen->current_cos = now->current_cos;
+    seen->current_sin = now->current_sin;
     now->periods = 0u;
     now->voltage = none;
     now->current = none;

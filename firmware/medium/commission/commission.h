@@ -103,6 +103,12 @@ void commission_init(commission_t *commission);
 void commission_window(commission_t *commission, const commission_tuning_t *tuning, int32_t requested,
                        const commission_window_t *input);
 
+/* true: no step is requested, and a window changes nothing. */
+static inline bool commission_is_off(const commission_t *commission, int32_t requested)
+{
+    return requested == (int32_t)COMMISSION_OFF && commission->step == (int32_t)COMMISSION_OFF;
+}
+
 /* true: the requested step excites a standing motor, and current control does not work. */
 bool commission_excites(const commission_t *commission);
 

@@ -20,11 +20,11 @@
 #define LEVEL_CLEAR 0.45f /* [A] but clear of the zone, ... */
 #define LEVEL_MOST  0.5f  /* of the largest, at most [-] */
 
-#define ZONE_COUNT    7u
-#define ZONE_BELOW    0.8f   /* largest level of the zone over the lowest one of the line [-] */
-#define ZONE_SHARE    0.02f  /* missing share of the loss that an error of R or V can cause [-] */
-#define ZONE_LEAST    0.001f /* [A] */
-#define ZONE_PER_AREA (4.0f / 3.0f)
+#define ZONE_COUNT      7u
+#define ZONE_BELOW      0.8f   /* largest level of the zone over the lowest one of the line [-] */
+#define ZONE_ALL        0.25f  /* missing share of the loss from which on all legs are in their zone [-] */
+#define ZONE_SHARE_MOST 0.9f   /* largest missing share [-] */
+#define ZONE_LEAST      0.001f /* [A] */
 
 void resistance_step_begin(resistance_step_t *step)
 {
@@ -149,8 +149,6 @@ static commission_verdict_t judge(resistance_step_t *step, const commission_tuni
     }
     step->phase = (int32_t)RESISTANCE_ZONE;
     step->level = 0u;
-    step->missing = 0.0f;
-    step->area = 0.0f;
     return commission_goes_on();
 }
 
@@ -181,18 +179,15 @@ static bool is_averaged(resistance_step_t *step, const commission_tuning_t *tuni
     return true;
 }
 
-/* The missing share of the loss at a level of the zone, and its area from the level above. At zero current
- * the whole loss is missing. */
-static void add_missing(resistance_step_t *step, const commission_results_t *results, dq_t current,
-                        dq_t voltage)
+/* The half width of the zone, from the mean current and voltage of a level in it. */
+static float zone_of(const commission_results_t *results, dq_t current, dq_t voltage)
 {
     const float whole = results->dead_voltage * (1.0f / LEG);
     const float loss = voltage.d - results->resistance * current.d;
-    const float share = whole > 0.0f ? 1.0f - loss / whole : 0.0f;
-    const float missing = share > ZONE_SHARE ? share : 0.0f;
-    step->area += 0.5f * (missing + step->missing) * (step->first.d - current.d);
-    step->missing = missing;
-    step->first.d = current.d;
+    const float missing = whole > 0.0f ? 1.0f - loss / whole : 0.0f;
+    const float zone = missing > ZONE_ALL ? 0.75f * current.d / (1.0f - bounds_less(missing, ZONE_SHARE_MOST))
+                                          : 0.5f * current.d / (1.0f - 2.0f * missing);
+    return bounds_more(zone, ZONE_LEAST);
 }
 
 /* A window of the staircase below the line. */
@@ -202,9 +197,6 @@ static commission_verdict_t descend(resistance_step_t *step, const commission_tu
 {
     static const float levels[ZONE_COUNT] = {0.5f, 0.35f, 0.22f, 0.14f, 0.09f, 0.055f, 0.03f}; /* [A] */
     const float most = ZONE_BELOW * level_of(step, LEVEL_COUNT - 1u);
-    if (step->level == 0u) {
-        step->first.d = level_of(step, LEVEL_COUNT - 1u);
-    }
     while (levels[step->level] > most && step->level < ZONE_COUNT - 1u) {
         step->level++;
     }
@@ -212,14 +204,12 @@ static commission_verdict_t descend(resistance_step_t *step, const commission_tu
     if (!is_averaged(step, tuning, input)) {
         return commission_goes_on();
     }
-    add_missing(step, results, commission_mean_of(&step->mean, step->mean.current),
-                commission_mean_of(&step->mean, step->mean.voltage));
     step->level++;
     if (step->level < ZONE_COUNT) {
         return commission_goes_on();
     }
-    const float last = 0.5f * (1.0f + step->missing) * step->first.d;
-    results->current_zone = bounds_more(ZONE_PER_AREA * (step->area + last), ZONE_LEAST);
+    results->current_zone = zone_of(results, commission_mean_of(&step->mean, step->mean.current),
+                                    commission_mean_of(&step->mean, step->mean.voltage));
     return commission_finished();
 }
 

@@ -8,9 +8,13 @@
  * differences of the legs cancel in the mean of the directions; their scatter is the uncertainty.
  *
  * Zone: half width z of the linear passage of a leg's loss through zero current. In the last direction the
- * staircase continues downwards. The missing part of 4/3 V, integrated over the current i, is 3/4 z times 4/3
- * V: the missing share of a leg is a triangle of the area z/2 over its own current, and the two legs with
- * -i/2 reach the end of their zone only at i = 2 z. */
+ * staircase continues downwards, to a current i at which the share m of 4/3 V is missing. Half of 4/3 V is
+ * the loss of the first leg, half that of the other two, which carry only -i/2 and enter their zone first:
+ *
+ *     i = 2 z (1 - 2 m)      m <= 1/4: the first leg is outside of its zone
+ *     i = 4/3 z (1 - m)      m > 1/4
+ *
+ * The current need not reach its reference, because the passage acts like a large resistance. */
 #ifndef MEDIUM_COMMISSION_RESISTANCE_STEP_H
 #define MEDIUM_COMMISSION_RESISTANCE_STEP_H
 
@@ -43,8 +47,6 @@ typedef struct {
     float slope[RESISTANCE_DIRECTIONS];  /* R by direction [ohm] */
     float before[RESISTANCE_DIRECTIONS]; /* the same of the first staircase [ohm] */
     float rest[RESISTANCE_DIRECTIONS];   /* 4/3 V by direction [V] */
-    float missing;                       /* of the loss at the last level, over the whole one [-] */
-    float area;                          /* of the missing share over the current [A] */
 } resistance_step_t;
 
 void resistance_step_begin(resistance_step_t *step);

@@ -102,7 +102,7 @@ static void test_resistance_ends_with_the_reason_of_its_winding(void)
         {"a current flows across the axis",
          {.resistance = 0.95, .across = 0.2},
          5.0f,
-         COMMISSION_REASON_NO_STEADY_CURRENT},
+         COMMISSION_REASON_ROTOR_SWINGS},
         {"L/R of 1.9 periods",
          {.resistance = 5e-3 / (1.9 * PERIOD)},
          5.0f,

@@ -224,6 +224,8 @@ commission_verdict_t angle_step(angle_step_t *step, const commission_tuning_t *t
     case STANDING_STEADY:
         prepare(step, tuning, input, results, order);
         break;
+    case STANDING_SWINGS:
+        return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
     case STANDING_NEVER:
         return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
     case STANDING_NOT_YET:

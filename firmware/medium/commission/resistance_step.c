@@ -269,11 +269,10 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
         return first_value(step, tuning, input, order, results);
+    case STANDING_SWINGS:
+        return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
     case STANDING_NEVER:
-        return commission_failed(step->phase == (int32_t)RESISTANCE_STILL
-                                     ? COMMISSION_REASON_ROTOR_SWINGS
-                                     : COMMISSION_REASON_NO_STEADY_CURRENT,
-                                 0);
+        return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
     case STANDING_NOT_YET:
         break;
     }

@@ -401,8 +401,10 @@ commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tun
             prepare(step, tuning, input, results, order);
         }
         break;
-    case STANDING_NEVER:
+    case STANDING_SWINGS:
         return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
+    case STANDING_NEVER:
+        return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
     case STANDING_NOT_YET:
         break;
     }

@@ -80,8 +80,8 @@ standing_state_t standing_step(standing_t *standing, standing_want_t want, const
     const dq_t voltage = commission_mean_of(&standing->mean, standing->mean.voltage);
     const dq_t flows = commission_mean_of(&standing->mean, standing->mean.current);
     const float agree = AGREE * bounds_magnitude(voltage.d) + AGREE_V;
-    const bool rests =
-        bounds_within(flows.q, want.across) && bounds_within(flows.d - want.current, NEAR * want.current);
+    const bool reached = bounds_within(flows.d - want.current, NEAR * want.current);
+    const bool rests = reached && bounds_within(flows.q, want.across);
     const bool steady = standing->last >= 0.0f && bounds_within(voltage.d - standing->last, agree) && rests;
     standing->last = bounds_magnitude(voltage.d);
     standing->windows = 0u;
@@ -89,5 +89,5 @@ standing_state_t standing_step(standing_t *standing, standing_want_t want, const
     if (steady) {
         return STANDING_STEADY;
     }
-    return standing->tries < TRIES ? STANDING_NOT_YET : STANDING_NEVER;
+    return standing->tries < TRIES ? STANDING_NOT_YET : reached ? STANDING_SWINGS : STANDING_NEVER;
 }

@@ -7,7 +7,12 @@
 #include "math/trig.h"
 #include "medium/commission/commission_types.h"
 
-typedef enum { STANDING_NOT_YET, STANDING_STEADY, STANDING_NEVER } standing_state_t;
+typedef enum {
+    STANDING_NOT_YET,
+    STANDING_STEADY,
+    STANDING_SWINGS, /* the current has its value, but the rotor does not come to rest */
+    STANDING_NEVER   /* the current does not reach its value */
+} standing_state_t;
 
 typedef struct {
     float angle;            /* of the axis [rad] */

@@ -351,8 +351,10 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         step->rest[0] = rest_of(step, results, order->axis);
         jump(step, input, (ab_t){0.0f, 0.0f}, order);
         break;
-    case STANDING_NEVER:
+    case STANDING_SWINGS:
         return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
+    case STANDING_NEVER:
+        return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
     case STANDING_NOT_YET:
         break;
     }

@@ -323,10 +323,12 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
 
 static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params)
 {
+    const assumed_t configured = params_configured(params);
     const current_watch_params_t current = {
         .resistance = params->motor_resistance + params->device_resistance,
         .inductance_d = params->motor_inductance_d,
-        .inductance_q = params_configured(params).inductance_q,
+        .inductance_q = configured.inductance_q,
+        .least = params_inductance_least(params, &configured),
         .flux_linkage = params->motor_flux_linkage,
         .per_ampere = 1.5f * (float)params->motor_pole_pairs * (float)params->motor_pole_pairs *
                       params->motor_flux_linkage / params->motor_inertia,

@@ -22,6 +22,7 @@ static double salience;             /* [-] L_q/L_d; the assumed inductance is th
 static bool forced;                 /* a forced frame moves the rotor */
 static bool contradicted;           /* the EMF along the axis of a phase is wrong */
 static bool elsewhere;              /* the EMF is wrong, but along the axis of no phase */
+static double saturated;            /* [-] smallest incremental L over that of both axes */
 static float doubt;                 /* [rad/s] uncertainty of the rotor's speed */
 static float scatter;               /* [A^2] mean square of the sensors' noise in the calibration */
 
@@ -42,6 +43,7 @@ static void prepare(bool three, double l_assumed, double r_assumed)
         .resistance = (float)(RESISTANCE * r_assumed),
         .inductance_d = (float)(INDUCTANCE * l_assumed * 2.0 / (1.0 + salience)),
         .inductance_q = (float)(INDUCTANCE * l_assumed * 2.0 * salience / (1.0 + salience)),
+        .least = (float)(saturated * INDUCTANCE * l_assumed * 2.0 * fmin(1.0, salience) / (1.0 + salience)),
         .flux_linkage = 0.183f,
         .per_ampere = (float)per_ampere,
         .dead_time = 2.5e-6f,
@@ -64,7 +66,7 @@ void setUp(void)
     u_dc = (float)LINK;
     limited = false;
     per_ampere = 0.0;
-    salience = 1.0;
+    salience = saturated = 1.0;
     forced = contradicted = elsewhere = false;
     doubt = 0.0f;
     scatter = 0.0f;
@@ -343,8 +345,8 @@ static void test_a_single_bad_sample_raises_nothing(void)
 
 /* Sensors without a fault cause no warning, even if the configured L and R are wrong. A gain is reported
  * if the range of a sensor is 15 instead of 25 A or vice versa, or if one sensor is wrong by 30 %. A light
- * rotor explains a difference of the sensors: psi_f K |i| (8 T)^2/L, times three, is compared with Dp.
- * With K of the paper's test rig, 69 rad/s^2 per A, this is 2 mA per A; with 70000 it is 2 A per A, and no
+ * rotor explains a difference of the sensors: psi_f K |i| (8 T)^2/L, times 4/0.35, is compared with Dp.
+ * With K of the paper's test rig, 69 rad/s^2 per A, this is 7 mA per A; with 70000 it is 7 A per A, and no
  * rise counts as a measurement. With a salient rotor, too, a difference of the sensors is no fault: along
  * L_d they show more than along L_q, so that the limit of the ratio is 1.2 x 1.42, and a sensor that reads
  * 1.3 times too much is not reported. A ratio below 0.35, or above its inverse, is an invalid sample. */
@@ -373,6 +375,20 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(
         (void)snprintf(text, sizeof text, "case %u", (unsigned)n);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(cases[n].wrong ? CURRENT_WATCH_GAIN : 0u, seen, text);
     }
+}
+
+/* The current of a q axis that saturates rises 1.67 times as fast as L without current permits. */
+static void test_rise_of_a_saturated_axis_is_no_wrong_gain(void)
+{
+    saturated = 0.6;
+    prepare(false, 1.0, 1.0);
+    gain_a = gain_b = 1.6667;
+    jump();
+    TEST_ASSERT_EQUAL_UINT32(0u, seen);
+    prepare(false, 1.0, 1.0);
+    gain_a = gain_b = 2.8;
+    jump();
+    TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_GAIN, seen);
 }
 
 /* The condition of time is 32 periods without current, up to the end of a window, in a phase whose voltage

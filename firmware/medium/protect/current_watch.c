@@ -4,35 +4,38 @@
 #include "math/periods.h"
 #include "math/trig.h"
 
-#define DEAD_VECTOR   1.33333333f /* [-] of a leg's loss: the sum of three legs */
-#define WRONG_R       0.5f        /* [-] of R: assumed error */
-#define HELD_SHARE    0.25f       /* [-] of the dead-time loss, while a current stays constant */
-#define HELD_ASIDE    1.25f       /* [-] beyond it: two legs with the wrong sign, 1.5 */
-#define STUCK_SHARE   0.05f       /* [-] of the range: limit of the current that must have flowed */
-#define STUCK_TIME    0.4e-3f     /* [s] for which a stuck value has not changed */
-#define STILL_TIME    1.2e-3f     /* [s] the same for a value near zero ... */
-#define JUMP_TIME     0.6e-3f     /* [s] ... that was reached by a jump which no current can make */
-#define LONG_STILL    15e-3f      /* [s] longest time without a change of a sound value while others change */
-#define SILENT        16u         /* [periods] without a change of a value with a noise of NOISY_CODES */
-#define NOISY_CODES   2.0f        /* [-] standard deviation */
-#define QUIET         0.25f       /* [-] of the square of NOISY_CODES: one code */
-#define CODES         2048.0f     /* [-] of the range */
-#define BESIDE_SHARE  0.002f      /* [-] of the range: change of another sensor by then, four codes */
-#define URGENT        3.0f  /* [-] of the limit: beyond it any stuck value is reported after JUMP_TIME */
-#define SURPRISE      0.15f /* [-] of the range: largest observer error of a sound current */
-#define JUMP_SHARE    0.5f  /* [-] of p: error by a wrong L */
-#define GAIN_SHARE    0.03f /* [-] of the range: smallest Dp */
-#define GAIN_MIN      0.65f /* [-] assumed L 30 % too small: 0.7 */
-#define GAIN_MAX      1.45f /* [-] assumed L 30 % too large: 1.3 */
-#define GAIN_RATIO    1.2f  /* [-] of two sensors, if L is the same along all axes */
-#define GAIN_APART    1e-3f /* [-] below this the ratio of two sensors is not limited */
-#define GAIN_SALIENT  0.05f /* [-] (L_q - L_d)/(L_q + L_d) from which the position of the rotor counts */
-#define GAIN_AXIS     0.33333333f /* [-] half of the vector along the axis of the sensor: 3/4 of a square 1/4 */
-#define GAIN_SWING    3.0f        /* [-] Dp over the error by the EMF of a rotor that swings */
-#define GAIN_PAIR     2.5f        /* [-] of the smallest Dp^2: least Dp^2 of a sensor that is compared */
-#define NONE_SHARE    0.0075f     /* [-] of the range: largest value of a phase without current */
-#define CARRIES_SHARE 0.02f       /* [-] of the range: least requested current, least current of another */
-#define LOSS_TIME     3.2e-3f     /* [s] */
+#define DEAD_VECTOR  1.33333333f /* [-] of a leg's loss: the sum of three legs */
+#define WRONG_R      0.5f        /* [-] of R: assumed error */
+#define HELD_SHARE   0.25f       /* [-] of the dead-time loss, while a current stays constant */
+#define HELD_ASIDE   1.25f       /* [-] beyond it: two legs with the wrong sign, 1.5 */
+#define STUCK_SHARE  0.05f       /* [-] of the range: limit of the current that must have flowed */
+#define STUCK_TIME   0.4e-3f     /* [s] for which a stuck value has not changed */
+#define STILL_TIME   1.2e-3f     /* [s] the same for a value near zero ... */
+#define JUMP_TIME    0.6e-3f     /* [s] ... that was reached by a jump which no current can make */
+#define LONG_STILL   15e-3f      /* [s] longest time without a change of a sound value while others change */
+#define SILENT       16u         /* [periods] without a change of a value with a noise of NOISY_CODES */
+#define NOISY_CODES  2.0f        /* [-] standard deviation */
+#define QUIET        0.25f       /* [-] of the square of NOISY_CODES: one code */
+#define CODES        2048.0f     /* [-] of the range */
+#define BESIDE_SHARE 0.002f      /* [-] of the range: change of another sensor by then, four codes */
+#define URGENT       3.0f        /* [-] of the limit: beyond it any stuck value is reported after JUMP_TIME */
+#define SURPRISE     0.15f       /* [-] of the range: largest observer error of a sound current */
+#define JUMP_SHARE   0.5f        /* [-] of p: error by a wrong L */
+#define GAIN_SHARE   0.03f       /* [-] of the range: smallest Dp */
+#define GAIN_MIN     0.65f       /* [-] assumed L 30 % too small: 0.7 */
+#define GAIN_MAX     1.45f       /* [-] assumed L 30 % too large: 1.3 */
+#define GAIN_RATIO   1.2f        /* [-] of two sensors, if L is the same along all axes */
+#define GAIN_APART   1e-3f       /* [-] below this the ratio of two sensors is not limited */
+#define GAIN_SALIENT 0.05f       /* [-] (L_q - L_d)/(L_q + L_d) from which the position of the rotor counts */
+#define GAIN_AXIS    0.33333333f /* [-] half of the vector along the axis of the sensor: 3/4 of a square 1/4 */
+/* [-] Dp over psi_f K |i| T_w^2/L. A rotor that the current turns from its unstable equilibrium reaches
+ * omega_e^2 = 4 K |i| on the axis, and its EMF then turns by psi_f omega_e^2 T_w in a window: an error of 4
+ * of these units. The ratio of m to p stays above GAIN_MIN if the error is at most 1 - GAIN_MIN of p. */
+#define GAIN_SWING    (4.0f / (1.0f - GAIN_MIN))
+#define GAIN_PAIR     2.5f    /* [-] of the smallest Dp^2: least Dp^2 of a sensor that is compared */
+#define NONE_SHARE    0.0075f /* [-] of the range: largest value of a phase without current */
+#define CARRIES_SHARE 0.02f   /* [-] of the range: least requested current, least current of another */
+#define LOSS_TIME     3.2e-3f /* [s] */
 #define FLUX_TURN     2.6f  /* [-] of psi_f: half a turn, and an assumed psi_f that is a quarter too small */
 #define SUM_SHARE     0.08f /* [-] of the range */
 #define TURN_DOUBT    3.33333333f /* [-] speed of a tracked rotor over the speed whose EMF is uncertain */
@@ -41,10 +44,9 @@
 current_watch_tuning_t current_watch_prepare(const current_watch_params_t *params)
 {
     const float inductance = 0.5f * (params->inductance_d + params->inductance_q);
-    const float half = 0.5f * bounds_magnitude(params->inductance_q - params->inductance_d);
-    const float larger = inductance + half;
-    const float smaller = inductance - half;
-    const float saliency = half / inductance;
+    const float larger = bounds_more(params->inductance_d, params->inductance_q);
+    const float smaller = bounds_less(params->least, bounds_less(params->inductance_d, params->inductance_q));
+    const float saliency = (larger - smaller) / (larger + smaller);
     const float apart = 1.0f - 2.0f * saliency; /* from zero on the ratio of two sensors is unlimited */
     const winding_t winding = winding_prepare(params->resistance, inductance, params->period);
     const float per_speed = winding.per_volt * params->flux_linkage;

@@ -51,6 +51,8 @@ typedef struct {
     float resistance;   /* R [ohm] */
     float inductance_d; /* L_d [H], > 0 */
     float inductance_q; /* L_q [H], > 0 */
+    float least;        /* smallest incremental L at the largest current [H], > 0; a saturated axis has less
+                           than L_d and L_q */
     float flux_linkage; /* psi_f [Wb] */
     float per_ampere;   /* K = 1.5 p^2 psi_f/J, for the rotor's acceleration [rad/s^2 per A]; 0: the rotor
                            stands still */

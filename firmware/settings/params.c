@@ -161,6 +161,9 @@ static apart_t apart_at(const params_t *params, const assumed_t *assumed, float 
 
 float params_inductance_least(const params_t *params, const assumed_t *assumed)
 {
+    if (params->motor_saturation_current == 0.0f) {
+        return bounds_less(assumed->inductance_d, assumed->inductance_q);
+    }
     const float incremental = apart_at(params, assumed, params->current_limit).incremental;
     return assumed->inductance_d + bounds_less(incremental, 0.0f);
 }

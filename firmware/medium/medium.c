@@ -247,7 +247,8 @@ static void commission(medium_t *medium, const medium_tuning_t *tuning, const wi
         .standing = {.seen = &window->excite,
                      .current_abc = window->measured.current_abc,
                      .current = window->measured.current,
-                     .u_dc = window->measured.u_dc},
+                     .u_dc = window->measured.u_dc,
+                     .tripped = window->measured.flags & DRIVE_SAMPLE_TRIPPED},
         .turning =
             {
                 .runs = m->now == (int32_t)MANOEUVRE_RUN && manoeuvres_steady(m) ? 1u : 0u,

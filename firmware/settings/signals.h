@@ -148,7 +148,8 @@
     E(2145, commission_reason, medium.commission.reason, COMMISSION_REASON_NAMES,                            \
       "why the step ended without a result")                                                                 \
     I(2146, commission_detail, medium.commission.detail, "-",                                                \
-      "open_phase: its number; noise: number of the sensor; sensor_map: thousands and hundreds the legs of " \
+      "open_phase: its number; noise, sensor_stuck: number of the sensor; sensor_map: thousands and "        \
+      "hundreds the legs of "                                                                                \
       "sensors a and b, tens and units 1 for a wrong sign; no_standstill_angle: 1 the axis is known "        \
       "without its polarity, 2 the ripple brings a phase current to zero")                                   \
     F(2147, commission_largest, medium.commission.largest, "A", "largest current of the step, vector")       \

@@ -330,7 +330,7 @@ static void test_fit_of_one_speed_has_no_solution(void)
 static commission_window_t window_of(const excite_seen_t *seen, float noise, bool on)
 {
     return (commission_window_t){
-        .standing = {seen, {noise, -noise, 0.0f}, {noise, 0.0f}, 311.0f},
+        .standing = {seen, {noise, -noise, 0.0f}, {noise, 0.0f}, 311.0f, 1u},
         .bridge_on = on,
     };
 }

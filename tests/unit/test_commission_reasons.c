@@ -278,19 +278,29 @@ static void test_wiring_names_a_large_ripple_and_a_rotor_that_turns(void)
 
 /* ---- the state machine ---- */
 
-static void test_board_names_a_low_link(void)
+static void test_board_names_a_low_link_and_gates_that_are_not_held_off(void)
 {
     static const excite_seen_t none;
-    for (uint32_t low = 0u; low < 2u; low++) {
+    static const struct {
+        float u_dc;
+        uint32_t tripped;
+        bool on;
+        commission_reason_t reason;
+    } rows[] = {{201.0f, 1u, false, COMMISSION_REASON_NONE},
+                {199.0f, 1u, false, COMMISSION_REASON_LINK_LOW},
+                {201.0f, 0u, false, COMMISSION_REASON_TRIP_FAILED},
+                {199.0f, 0u, false, COMMISSION_REASON_TRIP_FAILED},
+                {201.0f, 0u, true, COMMISSION_REASON_NONE}};
+    for (uint32_t row = 0u; row < sizeof rows / sizeof rows[0]; row++) {
         commission_t commission;
         commission_init(&commission);
         const commission_window_t window = {
-            .standing = {&none, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}, low != 0u ? 199.0f : 201.0f}};
+            .standing = {&none, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}, rows[row].u_dc, rows[row].tripped},
+            .bridge_on = rows[row].on};
         for (uint32_t n = 0u; n < 3200u; n++) {
             commission_window(&commission, &TUNING, COMMISSION_BOARD, &window);
         }
-        TEST_ASSERT_EQUAL_INT32(low != 0u ? COMMISSION_REASON_LINK_LOW : COMMISSION_REASON_NONE,
-                                commission.reason);
+        TEST_ASSERT_EQUAL_INT32(rows[row].reason, commission.reason);
     }
 }
 

@@ -57,6 +57,7 @@ void __wrap_commission_window(commission_t *commission, const commission_tuning_
     put_words(&input->standing.current_abc, WINDOWS_WORDS(abc_t));
     put_words(&input->standing.current, WINDOWS_WORDS(ab_t));
     put_words(&input->standing.u_dc, 1u);
+    put(input->standing.tripped);
     put_words(&input->turning, WINDOWS_WORDS(turning_input_t));
     put(input->bridge_on ? 1u : 0u);
     __real_commission_window(commission, tuning, requested, input);

@@ -48,6 +48,7 @@ static bool window(void)
     take_words(&input.standing.current_abc, WINDOWS_WORDS(abc_t));
     take_words(&input.standing.current, WINDOWS_WORDS(ab_t));
     take_words(&input.standing.u_dc, 1u);
+    input.standing.tripped = take();
     take_words(&input.turning, WINDOWS_WORDS(turning_input_t));
     input.bridge_on = take() != 0u;
     commission_window(&commission, &tuning, requested, &input);

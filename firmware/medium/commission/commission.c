@@ -105,8 +105,9 @@ static float deviation(const commission_board_t *board, float sum, float square)
 }
 
 static commission_verdict_t board_step(commission_t *commission, const commission_tuning_t *tuning,
-                                       const commission_input_t *input)
+                                       const commission_window_t *window)
 {
+    const commission_input_t *input = &window->standing;
     commission_board_t *board = &commission->work.board;
     const abc_t now = input->current_abc;
     if (board->n == 0.0f) {
@@ -123,6 +124,9 @@ static commission_verdict_t board_step(commission_t *commission, const commissio
     const float noise_a = deviation(board, board->sum.a, board->square.a);
     const float noise_b = deviation(board, board->sum.b, board->square.b);
     commission->results.noise = bounds_more(noise_a, noise_b);
+    if (input->tripped == 0u && !window->bridge_on) {
+        return commission_failed(COMMISSION_REASON_TRIP_FAILED, 0);
+    }
     if (input->u_dc < tuning->undervoltage) {
         return commission_failed(COMMISSION_REASON_LINK_LOW, 0);
     }
@@ -141,7 +145,7 @@ static commission_verdict_t work(commission_t *commission, const commission_tuni
     commission_results_t *results = &commission->results;
     switch ((commission_step_t)commission->step) {
     case COMMISSION_BOARD:
-        return board_step(commission, tuning, &input->standing);
+        return board_step(commission, tuning, input);
     case COMMISSION_WIRING:
         return wiring_step(&work->wiring, tuning, &input->standing, order, results);
     case COMMISSION_RESISTANCE:

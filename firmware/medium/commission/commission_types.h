@@ -65,7 +65,9 @@
       "saturate",                                                                                            \
       "hold the shaft, or let it turn and run the other steps")                                              \
     R(SENSOR_STUCK, "|sensor_stuck", "a current sensor does not change with the current of its phase",       \
-      "check supply and cable of the sensor that is named")
+      "check supply and cable of the sensor that is named")                                                  \
+    R(TRIP_FAILED, "|trip_failed", "the trip zone does not hold the gates off while the bridge is off",      \
+      "do not switch on; check the control board")
 
 typedef enum {
 #define COMMISSION_REASON(NAME, name, text, remedy) COMMISSION_REASON_##NAME,
@@ -149,6 +151,7 @@ typedef struct {
     abc_t current_abc; /* sample at its end [A] */
     ab_t current;      /* the same [A] */
     float u_dc;        /* [V] */
+    uint32_t tripped;  /* [-] 1: the trip zone holds the gates off */
 } commission_input_t;
 
 /* Means over windows, in the frame of the axis. */

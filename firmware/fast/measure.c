@@ -109,7 +109,7 @@ static void keep_mean(measure_t *measure, uint32_t collected, uint32_t whole)
 {
     measure_rest_t *rest = &measure->rest;
     const bool ends = collected == whole;
-    const float share = ends ? 1.0f : collected == whole / 2u ? 2.0f : collected == whole / 4u ? 4.0f : 0.0f;
+    const float share = ends ? 1.0f : collected == whole >> 1 ? 2.0f : collected == whole >> 2 ? 4.0f : 0.0f;
     const bool none = ends && rest->found == (int32_t)CALIBRATION_GOES_ON;
     if (share != 0.0f && (none || is_quiet(rest))) {
         measure->offset = (abc_t){share * rest->mean.a, share * rest->mean.b, share * rest->mean.c};

@@ -69,13 +69,13 @@ static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)
 }
 
 /* The condition must hold for 20 ms of successive periods; one period below the limit of the torque
- * restarts the time. */
+ * restarts the time, if the estimate is above the least speed, 10 rad/s. */
 static void test_estimate_at_zero_for_20_ms_while_speed_is_requested_shows(void)
 {
     static const struct {
         float omega, omega_ref;
         bool lost;
-    } cases[] = {{24.9f, 42.1f, true},  {-24.9f, 42.1f, true}, {0.0f, -42.1f, true},
+    } cases[] = {{24.9f, 42.1f, true},  {-24.9f, 42.1f, true}, {10.1f, -42.1f, true},
                  {24.9f, 41.9f, false}, {25.1f, 42.1f, false}, {-25.1f, -300.0f, false},
                  {0.0f, 0.0f, false},   {0.0f, -41.9f, false}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
@@ -87,6 +87,29 @@ static void test_estimate_at_zero_for_20_ms_while_speed_is_requested_shows(void)
         lock_compare(&lock, cases[n].omega, cases[n].omega_ref, true);
         TEST_ASSERT_EQUAL(cases[n].lost, lock_is_lost(&lock, true));
         lock_compare(&lock, cases[n].omega, cases[n].omega_ref, false);
+        TEST_ASSERT_FALSE(lock_is_lost(&lock, true));
+    }
+}
+
+/* Below the least speed of the projection, 10 rad/s, the time is 40 ms while the torque is below its limit.
+ * A period at the limit counts as two, and a period above the least speed restarts the time. */
+static void test_estimate_without_emf_for_40_ms_shows_at_any_torque(void)
+{
+    static const struct {
+        float omega, omega_ref;
+        uint32_t limited; /* [periods] of the first 200 with the torque at its limit */
+        uint32_t after;   /* [periods]; 0: never */
+    } cases[] = {{9.9f, 42.1f, 0u, 401u},   {-9.9f, -42.1f, 0u, 401u}, {0.0f, 300.0f, 100u, 301u},
+                 {0.0f, 42.1f, 200u, 201u}, {10.1f, 42.1f, 0u, 0u},    {9.9f, 41.9f, 0u, 0u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        lock_reset(&lock, OMEGA);
+        uint32_t after = 0u;
+        for (uint32_t k = 1u; k <= 1000u && after == 0u; k++) {
+            lock_compare(&lock, cases[n].omega, cases[n].omega_ref, k <= cases[n].limited);
+            after = lock_is_lost(&lock, true) ? k : 0u;
+        }
+        TEST_ASSERT_EQUAL_UINT32(cases[n].after, after);
+        lock_compare(&lock, 10.1f, cases[n].omega_ref, false);
         TEST_ASSERT_FALSE(lock_is_lost(&lock, true));
     }
 }

@@ -102,8 +102,11 @@ static inline bool lock_is_scattered(const lock_t *lock)
 static inline void lock_compare(lock_t *lock, float omega_smooth, float omega_ref, bool limited)
 {
     const lock_tuning_t *tuning = &lock->tuning;
-    const float slow = limited ? tuning->speed_slow : tuning->speed_floor;
-    const bool stands = bounds_within(omega_smooth, slow) && !bounds_within(omega_ref, tuning->speed_asked);
+    if (!bounds_within(omega_smooth, tuning->speed_slow) || bounds_within(omega_ref, tuning->speed_asked)) {
+        lock->stood = 0u;
+        return;
+    }
+    const bool stands = limited || bounds_within(omega_smooth, tuning->speed_floor);
     lock->stood = !stands ? 0u : limited ? lock->stood + 2u : lock->stood + 1u;
 }
 

@@ -244,16 +244,19 @@ static bool is_of_a_phase(encoder_watch_t *watch, float wrong_flux)
 }
 
 /* Counts for how long the difference has stayed on one axis. A difference that is too small to be wrong
- * has no axis. One that leaves the axis, and not only in single windows, turns: it is not that of a wire, and
- * the judgement does not wait any longer. */
-static void count_along(encoder_watch_t *watch, bool wrong)
+ * has no axis. One for which the judgement has waited longer than single windows off the axis explain, and
+ * which leaves it, turns: it is not that of a wire, and the judgement does not wait any longer, unless the
+ * currents are `doubtful`. */
+static void count_along(encoder_watch_t *watch, bool wrong, bool doubtful)
 {
     if (watch->of_a_phase != 0u) {
         watch->along += watch->along < 2u * ALONG_WINDOWS ? 1u : 0u;
     } else if (wrong && watch->wrong >= 2u && watch->along != 0u) {
         const bool leaves = watch->along <= ALONG_MISSED;
         watch->along = leaves ? 0u : watch->along - ALONG_MISSED;
-        watch->waited = leaves ? watch->tuning.waits : watch->waited;
+        if (leaves && !doubtful && watch->waited > 2u * ALONG_MISSED) {
+            watch->waited = watch->tuning.waits;
+        }
     }
 }
 
@@ -309,7 +312,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         return 0u;
     }
     watch->of_a_phase = of_a_phase ? UINT32_C(1) : UINT32_C(0);
-    count_along(watch, wrong);
+    count_along(watch, wrong, input->doubtful);
     if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
         watch->waited++;
         return 0u;

@@ -71,17 +71,35 @@ static inline void lock_take(lock_t *lock, const lock_tuning_t *tuning)
 /* Sets the state as if the loop had been locked at omega_e [rad/s] for a long time. */
 void lock_reset(lock_t *lock, float omega_e);
 
+/* Counts for how long the estimate has been slow, at this |omega| below `speed_slow` [rad/s], although its
+ * reference [rad/s] is not: with the torque at its limit, or at half the rate without an EMF. */
+static inline void lock_compare(lock_t *lock, float speed, float omega_ref, bool limited)
+{
+    const lock_tuning_t *tuning = &lock->tuning;
+    const bool stands =
+        (limited || speed < tuning->speed_floor) && !bounds_within(omega_ref, tuning->speed_asked);
+    lock->stood = !stands ? 0u : limited ? lock->stood + 2u : lock->stood + 1u;
+}
+
 /* One window in which the loop tracked; `estimate` is that at its end; `scatter`: mean square of the detector
- * [-]. */
-static inline void lock_step(lock_t *lock, const estimate_t *estimate, float scatter)
+ * [-]. While control uses the estimate, `omega_ref` is its reference [rad/s], otherwise 0; `limited`: the
+ * torque is at its limit. */
+static inline void lock_step(lock_t *lock, const estimate_t *estimate, float scatter, float omega_ref,
+                             bool limited)
 {
     const lock_tuning_t *tuning = &lock->tuning;
     const float across = estimate->emf_loop.q;
-    const float speed = bounds_magnitude(estimate->omega_smooth);
+    float speed = bounds_magnitude(estimate->omega_smooth);
     const float along = estimate->omega_smooth < 0.0f ? -across : across;
-    const float length = estimate->flux * (speed > tuning->speed_floor ? speed : tuning->speed_floor);
+    const float flux = estimate->flux;
+    if (speed < tuning->speed_slow) {
+        lock_compare(lock, speed, omega_ref, limited);
+        speed = speed > tuning->speed_floor ? speed : tuning->speed_floor;
+    } else {
+        lock->stood = 0u;
+    }
     lock->projection = lowpass_step(lock->projection, tuning->share, along);
-    lock->expected = lowpass_step(lock->expected, tuning->share, length);
+    lock->expected = lowpass_step(lock->expected, tuning->share, flux * speed);
     lock->scatter = lowpass_step(lock->scatter, tuning->share, scatter);
 }
 
@@ -95,19 +113,6 @@ static inline bool lock_is_off(const lock_t *lock)
 static inline bool lock_is_scattered(const lock_t *lock)
 {
     return lock->scatter > LOCK_SCATTER_MAX;
-}
-
-/* The same window, while control uses the estimate: counts how long the estimate has been slow although its
- * reference [rad/s] is not: with the torque at its limit, or at half the rate without an EMF. */
-static inline void lock_compare(lock_t *lock, float omega_smooth, float omega_ref, bool limited)
-{
-    const lock_tuning_t *tuning = &lock->tuning;
-    if (!bounds_within(omega_smooth, tuning->speed_slow) || bounds_within(omega_ref, tuning->speed_asked)) {
-        lock->stood = 0u;
-        return;
-    }
-    const bool stands = limited || bounds_within(omega_smooth, tuning->speed_floor);
-    lock->stood = !stands ? 0u : limited ? lock->stood + 2u : lock->stood + 1u;
 }
 
 /* True if one of the signs of a lost lock is present. The scatter counts only in a loop that is `settled`:

@@ -6,6 +6,7 @@
 
 #define STEPS_PER_TURN   4294967296.0f
 #define STEPS_PER_RADIAN (STEPS_PER_TURN / ANGLE_TWO_PI)
+#define HALF             0.5f
 
 void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params)
 {
@@ -28,6 +29,21 @@ float encoder_missed_most(const encoder_tuning_t *tuning, float acceleration)
     const float counts = 2.0f * (float)tuning->steps_per_count;
     const float period = tuning->step_gain / STEPS_PER_RADIAN;
     return ENCODER_ANGLE_PER_STEP * (counts + acceleration * period / tuning->speed_gain);
+}
+
+bool encoder_may_brake(const encoder_t *encoder, const encoder_tuning_t *tuning)
+{
+    const float error = encoder->missed * (1.0f / ENCODER_ANGLE_PER_STEP);
+    const float moved = tuning->step_gain * (encoder->omega_e - tuning->speed_gain * error);
+    const float least = HALF * tuning->angle_gain * bounds_magnitude(error); /* r (1 - r/2) |m| */
+    return error < 0.0f ? moved > least : moved < -least;
+}
+
+void encoder_follow(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count, float omega_e)
+{
+    encoder->next = encoder_phase(tuning, count) + (uint32_t)(int32_t)(tuning->step_gain * omega_e);
+    encoder->omega_e = omega_e;
+    encoder->missed = 0.0f;
 }
 
 void encoder_reset(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count)

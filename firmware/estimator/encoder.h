@@ -108,4 +108,16 @@ static inline bool encoder_jumped(const encoder_t *encoder, float leap)
     return bounds_magnitude(encoder->missed) > leap;
 }
 
+/* true: a rotor that turned with the encoder, and whose load brakes it at most to standstill, may be behind
+ * the prediction by the last difference m. A change of the speed by d, k samples ago, makes m = k T d
+ * q^(k-1), q = 1 - r, and leaves r |m| or more of T omega, omega being the speed before the sample. The
+ * decrease of the speed is a sum of such changes of one sign, thus
+ *
+ *     T |omega| >= r |m|,   m against omega */
+bool encoder_may_brake(const encoder_t *encoder, const encoder_tuning_t *tuning);
+
+/* Continues from the sample `count` with this speed, electrical [rad/s], in place of the prediction. The
+ * motion of one period must be less than half a turn. */
+void encoder_follow(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count, float omega_e);
+
 #endif

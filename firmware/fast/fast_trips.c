@@ -5,6 +5,13 @@
 
 #include "settings/reasons.h"
 
+/* [-] of psi_f omega m: half of the EMF beside the encoder's angle if the rotor has followed the prediction.
+ * Its share of psi_f omega m is sin(m)/m, 0.84 or more up to the largest m [rad], above which a rotor that
+ * brakes cannot come: at the least jump the loop follows it. An EMF that is wrong by a third does not change
+ * the result. */
+#define BRAKED_EMF  0.5f
+#define BRAKED_MOST 1.0f
+
 #define FORCED_DOUBT 8.0f /* [-] four times twice the EMF, with the opposite direction */
 
 void fast_open_bridge(fast_t *fast, uint32_t window)
@@ -34,12 +41,46 @@ void fast_stop(fast_t *fast, int32_t reason)
     }
 }
 
+/* True if the rotor itself is behind the prediction, because a load has stopped it within the lag of the
+ * encoder's loop. Either the encoder or the prediction is right, and the EMF decides. Beside the encoder's
+ * angle, along its d axis, it is
+ *
+ *     0                    at any speed, if the rotor is where the encoder is
+ *     psi_f omega sin(m)   if it has followed the prediction, from which the encoder differs by m */
+static bool is_braking(const fast_t *fast, fast_orders_t orders)
+{
+    const encoder_t *encoder = &fast->encoder;
+    const rotation_t axis = fast->shaft.frame.rotation;
+    const ab_t emf = fast->estimator.estimate.emf;
+    const float beside = emf.alpha * axis.cos + emf.beta * axis.sin;
+    const float followed = orders.setpoint->models.flux_linkage * encoder->omega_e * encoder->missed;
+    return fast->estimating != 0u && bounds_within(encoder->missed, BRAKED_MOST) &&
+           beside > BRAKED_EMF * followed && encoder_may_brake(encoder, &orders.tuning->encoder);
+}
+
+/* The loop continues with the rotor's own speed, that of its motion in the last period: the prediction would
+ * still be wrong for the lag of the loop, and current control would compensate an EMF that has gone. The
+ * frame of the last demand is that of the encoder at t_k-1. */
+static void follow_rotor(fast_t *fast, const fast_tuning_t *tuning)
+{
+    const float moved = angle_wrap(fast->shaft.frame.theta_e - fast->demand.frame.theta_e);
+    const float omega_e = moved * (1.0f / DRIVE_PERIOD);
+    encoder_follow(&fast->encoder, &tuning->encoder, fast->measure.measured.encoder_count, omega_e);
+    fast->shaft.position.omega_e = omega_e;
+    fast->shaft.frame.omega_e = omega_e;
+    fast_update_rotor(fast, tuning);
+}
+
 uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders)
 {
     const setpoint_t *setpoint = orders.setpoint;
     const bool watched = setpoint->jump != (int32_t)JUMP_IGNORED &&
                          (fast->measure.measured.flags & DRIVE_SAMPLE_LATE) == 0u; /* unknown rotation */
     if (!watched || !encoder_jumped(&fast->encoder, orders.tuning->limits.jump)) {
+        return 0u;
+    }
+    if (is_braking(fast, orders)) {
+        follow_rotor(fast, orders.tuning);
         return 0u;
     }
     if (setpoint->jump == (int32_t)JUMP_OPENS) {

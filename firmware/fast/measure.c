@@ -102,6 +102,21 @@ static bool is_white(const measure_noise_t *noise)
     return noise->leap < 2.0f * noise->step;
 }
 
+/* Keeps the mean of a block of which this number of samples has been collected: at a quarter, at a half and
+ * at the end, while no current has flowed. A current that begins later, because a load drives the rotor until
+ * its EMF exceeds the link, does not change the offsets then. One that flows from the beginning does. */
+static void keep_mean(measure_t *measure, uint32_t collected, uint32_t whole)
+{
+    measure_rest_t *rest = &measure->rest;
+    const bool ends = collected == whole;
+    const float share = ends ? 1.0f : collected == whole >> 1 ? 2.0f : collected == whole >> 2 ? 4.0f : 0.0f;
+    const bool none = ends && rest->found == (int32_t)CALIBRATION_GOES_ON;
+    if (share != 0.0f && (none || is_quiet(rest))) {
+        measure->offset = (abc_t){share * rest->mean.a, share * rest->mean.b, share * rest->mean.c};
+        rest->found = (int32_t)CALIBRATION_GOOD;
+    }
+}
+
 calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuning,
                                 const drive_samples_t *samples)
 {
@@ -113,11 +128,9 @@ calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuni
         return CALIBRATION_GOES_ON;
     }
     if (measure->calibrated >= SETTLE_PERIODS) {
-        measure->offset.a += tuning->weight * samples->i_a;
-        measure->offset.b += tuning->weight * samples->i_b;
-        measure->offset.c += tuning->weight * samples->i_c;
         collect(rest, samples, tuning->weight, measure->calibrated == SETTLE_PERIODS);
         add_scatter(&measure->noise, samples, tuning->weight, measure->calibrated == SETTLE_PERIODS);
+        keep_mean(measure, measure->calibrated + 1u - SETTLE_PERIODS, tuning->periods - SETTLE_PERIODS);
     }
     measure->calibrated++;
     if (measure->calibrated < tuning->periods) {

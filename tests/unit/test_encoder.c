@@ -275,3 +275,74 @@ static void test_other_angles_of_the_counts_are_no_motion(void)
         }
     }
 }
+
+/* A shaft that turns by 0.25 rad per period, electrical, is braked evenly to standstill within 1 to 200
+ * periods. Differences above forty counts, 0.1 rad, are those of a rotor that brakes. */
+static void test_any_braking_to_standstill_may_be_the_rotors(void)
+{
+    static const float bandwidths[] = {500.0f, 1000.0f, 1500.0f, 3000.0f};
+    for (size_t n = 0; n < 4; n++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            for (int periods = 1; periods <= 200; periods++) {
+                encoder_params_t params = PARAMS;
+                params.bandwidth = bandwidths[n];
+                encoder_t encoder;
+                start_at_zero(&encoder, &params);
+                double turns = 0.0;
+                double speed = 0.01 * sign; /* turns per period */
+                for (int k = 0; k < 3000 + 4 * periods; k++) {
+                    speed -= k >= 3000 && k < 3000 + periods ? 0.01 * sign / periods : 0.0;
+                    turns += k >= 3000 + periods ? 0.0 : speed;
+                    (void)encoder_step(&encoder, &tuning, count_at(turns, 10000.0));
+                    if (k >= 3000 && fabs((double)encoder.missed) > 80.0 * half_step(&params)) {
+                        TEST_ASSERT_TRUE(encoder_may_brake(&encoder, &tuning));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/* With T omega < r (1 - r/2) |m| no braking explains the difference m: at standstill, and at a speed below.
+ * Nor does it explain an angle that is ahead of the prediction. At 1500 rad/s r (1 - r/2) is 0.130: 0.6 rad
+ * need 777 rad/s. */
+static void test_an_angle_that_no_braking_explains_is_none(void)
+{
+    static const struct {
+        float omega_e, missed;
+        bool brakes;
+    } cases[] = {{0.0f, 0.6f, false},    {0.0f, -0.6f, false},   {700.0f, -0.6f, false},
+                 {-700.0f, 0.6f, false}, {850.0f, -0.6f, true},  {-850.0f, 0.6f, true},
+                 {850.0f, 0.6f, false},  {-850.0f, -0.6f, false}};
+    encoder_params_t params = PARAMS;
+    params.bandwidth = 1500.0f;
+    encoder_t encoder;
+    start_at_zero(&encoder, &params);
+    const float rest = 1.0f - expf(-0.15f);
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        encoder.missed = cases[n].missed;
+        encoder.omega_e = cases[n].omega_e + rest * rest / 1e-4f * cases[n].missed; /* after the sample */
+        TEST_ASSERT_EQUAL(cases[n].brakes, encoder_may_brake(&encoder, &tuning));
+    }
+}
+
+/* The loop continues with this speed, as one that has followed the shaft for a long time: 20 counts per
+ * period are 0.0503 rad. */
+static void test_a_loop_that_follows_has_no_difference(void)
+{
+    encoder_t encoder;
+    start_at_zero(&encoder, &PARAMS);
+    for (uint32_t k = 0; k < 1000u; k++) {
+        (void)encoder_step(&encoder, &tuning, 200u * k % 10000u);
+    }
+    const double speed = 20.0 * 2.0 * half_step(&PARAMS) / 1e-4;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        encoder_follow(&encoder, &tuning, 5000u, (float)(sign * speed));
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, encoder.missed);
+        for (int k = 1; k <= 100; k++) {
+            const position_t position = encoder_step(&encoder, &tuning, (uint32_t)(5000 + sign * 20 * k));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5 * speed, sign * speed, (double)position.omega_e);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, (double)encoder.missed);
+        }
+    }
+}

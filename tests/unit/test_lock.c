@@ -38,7 +38,7 @@ static uint32_t lost_after(float omega_e)
 {
     lock_reset(&lock, omega_e);
     for (uint32_t n = 1u; n <= 1000u; n++) {
-        lock_step(&lock, &estimate, estimate.detector * estimate.detector);
+        lock_step(&lock, &estimate, estimate.detector * estimate.detector, 0.0f, false);
         if (lock_is_lost(&lock, true)) {
             return n;
         }
@@ -68,25 +68,59 @@ static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)
     }
 }
 
+/* A period at this speed, with the EMF of a locked rotor, or with the least one that the projection expects.
+ */
+static void compare(float omega, float omega_ref, bool limited)
+{
+    make_estimate(omega, 1.0f, 0.0f);
+    if (fabsf(omega) < 10.0f) {
+        estimate.emf_loop.q = omega < 0.0f ? -10.0f * PSI : 10.0f * PSI;
+    }
+    lock_step(&lock, &estimate, 0.0f, omega_ref, limited);
+}
+
 /* The condition must hold for 20 ms of successive periods; one period below the limit of the torque
- * restarts the time. */
+ * restarts the time, if the estimate is above the least speed, 10 rad/s. */
 static void test_estimate_at_zero_for_20_ms_while_speed_is_requested_shows(void)
 {
     static const struct {
         float omega, omega_ref;
         bool lost;
-    } cases[] = {{24.9f, 42.1f, true},  {-24.9f, 42.1f, true}, {0.0f, -42.1f, true},
+    } cases[] = {{24.9f, 42.1f, true},  {-24.9f, 42.1f, true}, {10.1f, -42.1f, true},
                  {24.9f, 41.9f, false}, {25.1f, 42.1f, false}, {-25.1f, -300.0f, false},
                  {0.0f, 0.0f, false},   {0.0f, -41.9f, false}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         lock_reset(&lock, cases[n].omega);
         for (int k = 0; k < 200; k++) {
-            lock_compare(&lock, cases[n].omega, cases[n].omega_ref, true);
+            compare(cases[n].omega, cases[n].omega_ref, true);
             TEST_ASSERT_FALSE(lock_is_lost(&lock, true));
         }
-        lock_compare(&lock, cases[n].omega, cases[n].omega_ref, true);
+        compare(cases[n].omega, cases[n].omega_ref, true);
         TEST_ASSERT_EQUAL(cases[n].lost, lock_is_lost(&lock, true));
-        lock_compare(&lock, cases[n].omega, cases[n].omega_ref, false);
+        compare(cases[n].omega, cases[n].omega_ref, false);
+        TEST_ASSERT_FALSE(lock_is_lost(&lock, true));
+    }
+}
+
+/* Below the least speed of the projection, 10 rad/s, the time is 40 ms while the torque is below its limit.
+ * A period at the limit counts as two, and a period above the least speed restarts the time. */
+static void test_estimate_without_emf_for_40_ms_shows_at_any_torque(void)
+{
+    static const struct {
+        float omega, omega_ref;
+        uint32_t limited; /* [periods] of the first 200 with the torque at its limit */
+        uint32_t after;   /* [periods]; 0: never */
+    } cases[] = {{9.9f, 42.1f, 0u, 401u},   {-9.9f, -42.1f, 0u, 401u}, {0.0f, 300.0f, 100u, 301u},
+                 {0.0f, 42.1f, 200u, 201u}, {10.1f, 42.1f, 0u, 0u},    {9.9f, 41.9f, 0u, 0u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        lock_reset(&lock, OMEGA);
+        uint32_t after = 0u;
+        for (uint32_t k = 1u; k <= 1000u && after == 0u; k++) {
+            compare(cases[n].omega, cases[n].omega_ref, k <= cases[n].limited);
+            after = lock_is_lost(&lock, true) ? k : 0u;
+        }
+        TEST_ASSERT_EQUAL_UINT32(cases[n].after, after);
+        compare(10.1f, cases[n].omega_ref, false);
         TEST_ASSERT_FALSE(lock_is_lost(&lock, true));
     }
 }
@@ -98,7 +132,7 @@ static void test_expectation_has_a_floor(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 10.0f * PSI, lock.expected);
     make_estimate(-3.0f, 1.0f, 0.0f);
     for (int n = 0; n < 2000; n++) {
-        lock_step(&lock, &estimate, estimate.detector * estimate.detector);
+        lock_step(&lock, &estimate, estimate.detector * estimate.detector, 0.0f, false);
     }
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.0f * PSI, lock.expected);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.0f * PSI, lock.projection);
@@ -127,7 +161,7 @@ static void test_scatter_is_no_sign_before_the_loop_has_settled(void)
     TEST_ASSERT_FALSE(lock_is_lost(&lock, false));
     make_estimate(200.0f, 0.0f, 0.0f);
     for (int n = 0; n < 200; n++) {
-        lock_step(&lock, &estimate, estimate.detector * estimate.detector);
+        lock_step(&lock, &estimate, estimate.detector * estimate.detector, 0.0f, false);
     }
     TEST_ASSERT_TRUE(lock_is_lost(&lock, false));
 }

@@ -187,7 +187,7 @@ static void test_a_bad_sample_keeps_the_last_good_values(void)
 /* ---- calibration ---- */
 
 /* The mean of 512 samples of a ramp (instead of the sixteen used elsewhere) is half its height, within 512
- * roundings of 0.4 A by 1.5e-8 each. */
+ * roundings of 0.4 A by 1.5e-8 each. The ramp spans half of what counts as a current. */
 static void test_offsets_are_the_mean(void)
 {
     params.calibration_periods = 512;
@@ -199,11 +199,41 @@ static void test_offsets_are_the_mean(void)
     for (uint32_t n = 0; n < 512u; n++) {
         TEST_ASSERT_EQUAL(CALIBRATION_GOES_ON, last);
         const float share = ((float)n + 0.5f) / 512.0f;
-        currents(0.8f * share, -0.4f * share, 0.2f - 0.1f * share);
+        const float ramp = 0.5f * MEASURE_QUIET * share;
+        currents(ramp, -ramp, 0.2f - 0.5f * ramp);
         last = calibrate();
     }
     TEST_ASSERT_EQUAL(CALIBRATION_GOOD, last);
-    expect_abc(0.4f, -0.2f, 0.15f, measure.offset);
+    const float mean = 0.25f * MEASURE_QUIET;
+    expect_abc(mean, -mean, 0.2f - 0.5f * mean, measure.offset);
+}
+
+/* A rotor feeds the link from this sample of a calibration on: its current of twice the limit adds to the
+ * offsets. Without it for a quarter or a half of the samples, these measure the offsets. If it flows
+ * earlier, their error is the mean of the current, and the first block without a current has to replace
+ * them. */
+static void test_a_current_that_begins_in_a_calibration_leaves_the_offsets(void)
+{
+    static const struct {
+        uint32_t from; /* [samples] */
+        float error;   /* [-] of the current */
+    } cases[] = {{0u, 1.0f}, {2u, 0.875f}, {3u, 0.8125f}, {4u, 0.0f}, {7u, 0.0f}, {8u, 0.0f}, {15u, 0.0f}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        const float current = 2.0f * MEASURE_QUIET;
+        calibration_t last = CALIBRATION_GOES_ON;
+        params.current_offset_max = 4.0f * MEASURE_QUIET;
+        begin();
+        for (uint32_t k = 0; k < SETTLE + PERIODS; k++) {
+            TEST_ASSERT_EQUAL(CALIBRATION_GOES_ON, last);
+            const float more = k >= SETTLE + cases[n].from ? current : 0.0f;
+            currents(0.1f + more, -0.05f - more, 0.0f);
+            last = calibrate();
+        }
+        TEST_ASSERT_EQUAL(CALIBRATION_GOOD, last);
+        const float error = cases[n].error * current;
+        expect_abc(0.1f + error, -0.05f - error, 0.0f, measure.offset);
+        TEST_ASSERT_EQUAL_UINT32(cases[n].from == 0u ? 0u : 1u, measure.rest.unsure);
+    }
 }
 
 /* In the period of an invalid sample, a sensor within its range has its own value, here minus its offset of

@@ -13,7 +13,7 @@ lock_tuning_t lock_prepare(const lock_params_t *params)
         .speed_floor = FLOOR_SHARE * params->speed_slow,
         .speed_slow = params->speed_slow,
         .speed_asked = params->speed_asked,
-        .standing = periods_of(LOCK_STANDING, params->period),
+        .standing = 2u * periods_of(LOCK_STANDING, params->period),
     };
 }
 

@@ -5,14 +5,17 @@
  *                                                               rotor, -1 half a turn off, 0 blocked
  *     scatter      LP(eps^2) > 0.12                             the loop's error: 0.35 rad rms
  *     standing     |omega| slow, |omega_ref| not, and the      the case that the other two miss
- *                  torque is at its limit, for 20 ms
+ *                  torque is at its limit, for 20 ms; or
+ *                  |omega| below the least one of the projection,
+ *                  for 40 ms, at any torque
  *
  * LP: a low-pass of 5 ms. e_q is that of the loop, filtered in its frame. A mean of samples in the stationary
  * frame is shorter at a high speed: half of the EMF at 0.47 rad a period. While the torque is below its
  * limit, a slow estimate is no sign, because the speed control is still responding to a load or to a fast
- * reference. One step per window, of its means; the guard defines how long a sign must last
- * (settings/faults.h). Does not handle: the passage through zero speed, where there is no EMF (the caller
- * does not judge the lock then). */
+ * reference. An estimate below the least speed has no EMF: what is measured there are the errors of R and of
+ * the dead time, and the angle is not known, whatever the speed control does. One step per window, of its
+ * means; the guard defines how long a sign must last (settings/faults.h). Does not handle: the passage
+ * through zero speed, where there is no EMF (the caller does not judge the lock then). */
 #ifndef MEDIUM_MANOEUVRE_LOCK_H
 #define MEDIUM_MANOEUVRE_LOCK_H
 
@@ -42,7 +45,7 @@ typedef struct {
     float speed_floor;  /* least |omega| in the projection [rad/s] */
     float speed_slow;   /* [rad/s] electrical */
     float speed_asked;  /* [rad/s] electrical */
-    uint32_t standing;  /* [steps] after which a standing estimate is a sign */
+    uint32_t standing;  /* [half steps] after which a standing estimate is a sign */
 } lock_tuning_t;
 
 typedef struct {
@@ -50,7 +53,7 @@ typedef struct {
     float projection; /* LP of the EMF along the axis in the direction of rotation [V] */
     float expected;   /* LP of psi_a |omega| [V] */
     float scatter;    /* LP of the detector's square [-] */
-    uint32_t stood;   /* [steps] in succession with a standing estimate */
+    uint32_t stood;   /* [half steps] in succession with a standing estimate: a step below the limit is one */
 } lock_t;
 
 /* Computes the coefficients. An exponential: for the background. */
@@ -68,17 +71,35 @@ static inline void lock_take(lock_t *lock, const lock_tuning_t *tuning)
 /* Sets the state as if the loop had been locked at omega_e [rad/s] for a long time. */
 void lock_reset(lock_t *lock, float omega_e);
 
+/* Counts for how long the estimate has been slow, at this |omega| below `speed_slow` [rad/s], although its
+ * reference [rad/s] is not: with the torque at its limit, or at half the rate without an EMF. */
+static inline void lock_compare(lock_t *lock, float speed, float omega_ref, bool limited)
+{
+    const lock_tuning_t *tuning = &lock->tuning;
+    const bool stands =
+        (limited || speed < tuning->speed_floor) && !bounds_within(omega_ref, tuning->speed_asked);
+    lock->stood = !stands ? 0u : limited ? lock->stood + 2u : lock->stood + 1u;
+}
+
 /* One window in which the loop tracked; `estimate` is that at its end; `scatter`: mean square of the detector
- * [-]. */
-static inline void lock_step(lock_t *lock, const estimate_t *estimate, float scatter)
+ * [-]. While control uses the estimate, `omega_ref` is its reference [rad/s], otherwise 0; `limited`: the
+ * torque is at its limit. */
+static inline void lock_step(lock_t *lock, const estimate_t *estimate, float scatter, float omega_ref,
+                             bool limited)
 {
     const lock_tuning_t *tuning = &lock->tuning;
     const float across = estimate->emf_loop.q;
-    const float speed = bounds_magnitude(estimate->omega_smooth);
+    float speed = bounds_magnitude(estimate->omega_smooth);
     const float along = estimate->omega_smooth < 0.0f ? -across : across;
-    const float length = estimate->flux * (speed > tuning->speed_floor ? speed : tuning->speed_floor);
+    const float flux = estimate->flux;
+    if (speed < tuning->speed_slow) {
+        lock_compare(lock, speed, omega_ref, limited);
+        speed = speed > tuning->speed_floor ? speed : tuning->speed_floor;
+    } else {
+        lock->stood = 0u;
+    }
     lock->projection = lowpass_step(lock->projection, tuning->share, along);
-    lock->expected = lowpass_step(lock->expected, tuning->share, length);
+    lock->expected = lowpass_step(lock->expected, tuning->share, flux * speed);
     lock->scatter = lowpass_step(lock->scatter, tuning->share, scatter);
 }
 
@@ -92,15 +113,6 @@ static inline bool lock_is_off(const lock_t *lock)
 static inline bool lock_is_scattered(const lock_t *lock)
 {
     return lock->scatter > LOCK_SCATTER_MAX;
-}
-
-/* The same window, while control uses the estimate: counts how long the estimate has been slow although its
- * reference [rad/s] is not, with the torque at its limit. */
-static inline void lock_compare(lock_t *lock, float omega_smooth, float omega_ref, bool limited)
-{
-    const bool stands = limited && bounds_within(omega_smooth, lock->tuning.speed_slow) &&
-                        !bounds_within(omega_ref, lock->tuning.speed_asked);
-    lock->stood = stands ? lock->stood + 1u : 0u;
 }
 
 /* True if one of the signs of a lost lock is present. The scatter counts only in a loop that is `settled`:

@@ -129,7 +129,7 @@ static void track_beside(manoeuvres_t *m, const manoeuvres_input_t *input, setpo
         setpoint->lock = (int32_t)LOCK_RELEASE;
         m->tracking = 0u;
     } else if (m->tracking != 0u && input->tracked != 0u) {
-        lock_step(&m->lock, input->estimate, input->scatter);
+        lock_step(&m->lock, input->estimate, input->scatter, 0.0f, false);
     }
 }
 
@@ -205,7 +205,7 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     const estimate_t *estimate = input->estimate;
     const float forced = m->forced.speed;
     const float wanted = manoeuvres_wanted(m, &input->wish);
-    lock_step(&m->lock, estimate, input->scatter);
+    lock_step(&m->lock, estimate, input->scatter, 0.0f, false);
     see_need(m, input, setpoint);
     m->forced.current = handover_current(&m->handover, m->forced.current, m->forced.wanted, m->forced.needed);
     force_by(m, setpoint);

@@ -249,10 +249,9 @@ static void run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *se
     }
     manoeuvres_run_at(m, input, estimate->frame.omega_e, input->omega_m, setpoint);
     const float omega_ref = setpoint->omega_m_ref * limits->pole_pairs;
-    lock_step(&m->lock, estimate, scatter_of(m, input));
+    lock_step(&m->lock, estimate, scatter_of(m, input), omega_ref, m->run.limited != 0u);
     watch_reversal(m, omega_ref, estimate);
     manoeuvres_judge(m, estimate->amplitude, estimate->omega_smooth);
-    lock_compare(&m->lock, estimate->omega_smooth, omega_ref, m->run.limited != 0u);
     m->unlocked = limits->judging != 0u && lock_is_lost(&m->lock, m->windows > MANOEUVRE_STEADY);
     m->sound_windows++;
     if (m->sound_windows >= SOUND_WINDOWS) {

@@ -40,6 +40,10 @@
  * other two phases with small opposite currents, may cause. */
 #define OFF_BESIDE 0.5f /* [-] */
 
+/* [-] of psi_f/T_j: the most of a wrong psi_f omega in the mean difference. It turns with the rotor, by
+ * x = omega T_j per window, and in the mean only 1/sqrt(1 + 12 x^2) of it is left: MUCH_BESIDE/sqrt(12). */
+#define OFF_TURNING 0.0866f
+
 /* [windows] on one axis, minus ALONG_MISSED for each window off it, after which a wire is the cause: a rotor
  * at the lowest speed that is judged, 12 rad/s or more, leaves the axis within 20. */
 #define ALONG_WINDOWS 32u
@@ -220,7 +224,7 @@ static float noise_of_mean(const encoder_watch_t *watch)
  * moved since it reached this axis. The EMF of a rotor that turns the other way is constant and may lie
  * there; that of a rotor whose encoder does not turn leaves it. A difference that has already stayed on an
  * axis passes through zero twice per turn of the rotor, and returns to the same axis with the other sign.
- * Near zero the error `wrong_flux` of psi_f omega [V^2] turns it by more than the angle that shows an axis:
+ * Near zero the error `wrong_flux` of psi_f omega [V] turns it by more than the angle that shows an axis:
  * it is then compared with the known axis only: with small currents, or after ALONG_WINDOWS. */
 static bool is_of_a_phase(encoder_watch_t *watch, float wrong_flux)
 {
@@ -229,7 +233,9 @@ static bool is_of_a_phase(encoder_watch_t *watch, float wrong_flux)
     const ab_t axis = watch->axis;
     const bool returns = watch->along >= (is_unseen(watch) ? 1u : ALONG_WINDOWS);
     const float beside = (is_unseen(watch) ? watch->tuning.beside : 0.0f) + noise_of_mean(watch);
-    const float about = beside + (returns ? wrong_flux : 0.0f);
+    const float most = OFF_TURNING * watch->tuning.flux_linkage * watch->tuning.rate;
+    const float error = is_unseen(watch) ? bounds_less(wrong_flux, most) : wrong_flux;
+    const float about = beside + (returns ? error * error : 0.0f);
     const float cross = off.alpha * axis.beta - off.beta * axis.alpha;
     const float a = square_of(off);
     const float b = square_of(axis);
@@ -238,13 +244,19 @@ static bool is_of_a_phase(encoder_watch_t *watch, float wrong_flux)
 }
 
 /* Counts for how long the difference has stayed on one axis. A difference that is too small to be wrong
- * has no axis. */
-static void count_along(encoder_watch_t *watch, bool wrong)
+ * has no axis. One for which the judgement has waited longer than single windows off the axis explain, and
+ * which leaves it, turns: it is not that of a wire, and the judgement does not wait any longer, unless the
+ * currents are `doubtful`. */
+static void count_along(encoder_watch_t *watch, bool wrong, bool doubtful)
 {
     if (watch->of_a_phase != 0u) {
         watch->along += watch->along < 2u * ALONG_WINDOWS ? 1u : 0u;
-    } else if (wrong && watch->wrong >= 2u) {
-        watch->along -= watch->along < ALONG_MISSED ? watch->along : ALONG_MISSED;
+    } else if (wrong && watch->wrong >= 2u && watch->along != 0u) {
+        const bool leaves = watch->along <= ALONG_MISSED;
+        watch->along = leaves ? 0u : watch->along - ALONG_MISSED;
+        if (leaves && !doubtful && watch->waited > 2u * ALONG_MISSED) {
+            watch->waited = watch->tuning.waits;
+        }
     }
 }
 
@@ -290,7 +302,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         opposite && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected);
     const ab_t off = beside(watch, input->omega_e, seen.middle);
     add_off(watch, wrong, off);
-    const float wrong_flux = MUCH_BESIDE * MUCH_BESIDE * seen.expected * seen.expected;
+    const float wrong_flux = MUCH_BESIDE * seen.expected;
     const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, wrong_flux);
     watch->elsewhere =
         watch->windows > 0u && seen.length > least && is_elsewhere(watch, off) ? UINT32_C(1) : UINT32_C(0);
@@ -300,7 +312,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         return 0u;
     }
     watch->of_a_phase = of_a_phase ? UINT32_C(1) : UINT32_C(0);
-    count_along(watch, wrong);
+    count_along(watch, wrong, input->doubtful);
     if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
         watch->waited++;
         return 0u;

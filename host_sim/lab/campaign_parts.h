@@ -239,11 +239,14 @@ void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *dra
 
 #define CAMPAIGN_PAIR_SECONDS 10.0 /* [s] additional length of the runs of a pair */
 
-/* true: the run is done twice, with and without learning. */
+/* Number of runs without learning of a pair, which differ in the noise of the sensors only. */
+#define CAMPAIGN_PAIR_NOISES 20u
+
+/* true: the run is done with learning and without. */
 bool campaign_is_paired(const campaign_case_t *drawn);
 
-/* Enters a violation into the result if the angle error was larger with learning. */
-void campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
+/* Enters a violation into the result if the angle error was larger with learning, and returns true then. */
+bool campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
                              campaign_result_t *result);
 
 typedef struct {

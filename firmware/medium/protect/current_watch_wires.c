@@ -102,18 +102,39 @@ bool current_watch_feeds_another(const current_watch_t *watch, uint32_t n)
     return feeds;
 }
 
+/* Bits of the phases whose wire may be open. Each of the others carries a current. */
+static uint32_t without_current(current_watch_t *watch, const current_watch_input_t *input,
+                                const current_watch_window_t *window)
+{
+    uint32_t phases = 0u;
+    for (uint32_t n = 0; n < 3u; n++) {
+        if (bounds_within(window->value[n], watch->tuning.none) || input->contradicted) {
+            phases |= UINT32_C(1) << n;
+            continue;
+        }
+        current_watch_phase_t *phase = &watch->phase[n];
+        phase->fed = 0.0f;
+        if (phase->absent != 0) {
+            end_absence(phase, window->value[n]);
+        }
+    }
+    return phases;
+}
+
 uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t *input,
                              const current_watch_window_t *window)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
+    const uint32_t phases = without_current(watch, input, window);
+    if (phases == 0u) {
+        return 0u;
+    }
     const float flux = input->forced ? FORCED_SHARE * tuning->flux : tuning->flux;
     float asked[3];
     spread(asked, frames_inverse_clarke(frames_inverse_park(input->asked_for, input->frame)));
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < 3u; n++) {
-        if (!bounds_within(window->value[n], tuning->none) && !input->contradicted) {
-            end_absence(&watch->phase[n], window->value[n]);
-            watch->phase[n].fed = 0.0f;
+        if ((phases >> n & 1u) == 0u) {
             continue;
         }
         const float fed = feed(watch, n, window);

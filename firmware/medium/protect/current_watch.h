@@ -19,7 +19,8 @@
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
  *             and by more than the saliency of a rotor in any position explains
  *     loss    a phase for which a current is requested, on a window's mean, with more voltage than the dead
- *             time may take, has nearly no current for some time, while another carries some;
+ *             time may take, has nearly no current of this sign for some time; if no other phase carries
+ *             current, with more voltage than the dead time and the uncertain EMF;
  *             or for twice the time, while the current of any phase deviates from the requested one;
  *             or its voltage exceeds the effect of any rotor's flux
  *     sum     three sensors whose currents do not add up to zero

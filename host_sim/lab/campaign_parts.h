@@ -194,20 +194,25 @@ typedef struct {
     double speed;                        /* [rad/s] mechanical, with the lag of the tracking loop */
     double none; /* [A] length of a current that counts as none, as in the drive's watch of the encoder */
     uint32_t fast_at, over_at, high_at, low_at,
-        wrong_at;     /* [periods] last time at which the limit was exceeded; 0: it was not exceeded */
-    uint32_t starved; /* [periods] time for which the link has been too low */
-    uint32_t quiet;   /* [periods] time without current, with all gates off */
-    bool drifted;     /* the offsets have changed, and there has been no time to measure them since */
-    double step;      /* [A] by which they have changed; 0: they have been measured since */
-    bool heavy;       /* a load behind an elastic shaft may move the motor against its torque */
-    bool weak;        /* the injected fault is a weak magnet, whose EMF may count as missing */
+        wrong_at;   /* [periods] last time at which the limit was exceeded; 0: it was not exceeded */
+    uint32_t quiet; /* [periods] time without current, with all gates off */
+    bool drifted;   /* the offsets have changed, and there has been no time to measure them since */
+    double step;    /* [A] by which they have changed; 0: they have been measured since */
+    bool heavy;     /* a load behind an elastic shaft may move the motor against its torque */
+    bool weak;      /* the injected fault is a weak magnet, whose EMF may count as missing */
     bool fed; /* the rotor has fed the link since that change, so that the offsets could not be measured */
+    int32_t reason;    /* [-] the reason that was compared last */
+    int32_t shown;     /* [-] reason in the last period */
+    uint32_t shown_at; /* [periods] time at which this reason appeared */
+} campaign_truth_t;
+
+/* campaign_notice.c: the time in which a fault must be reported. */
+typedef struct {
+    uint32_t starved;                    /* [periods] time for which the link has been too low */
     uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be detected */
     double turned[CAMPAIGN_FAULTS_MAX];  /* [rad] electrical angle in those periods */
-    int32_t reason;                      /* [-] the reason that was compared last */
-    int32_t shown;                       /* [-] reason in the last period */
-    uint32_t shown_at;                   /* [periods] time at which this reason appeared */
-} campaign_truth_t;
+    double i_d, i_q;                     /* [A] mean of the requested current in its frame */
+} campaign_notices_t;
 
 /* campaign_pair.c: the angle error of a run, for the comparison with the same run without learning. */
 #define CAMPAIGN_ANGLE_WINDOWS 512u
@@ -265,6 +270,7 @@ typedef struct {
     campaign_excused_t excused[CAMPAIGN_FAULTS_MAX];
     campaign_duty_t duty;
     campaign_truth_t truth;
+    campaign_notices_t notices;
     uint32_t over[3];     /* [periods] time for which the current of this phase has exceeded the limit */
     uint32_t over_off[3]; /* [periods] the same while all gates are off */
     uint32_t wrong;       /* [periods] time for which the angle has been wrong */
@@ -300,6 +306,7 @@ void campaign_duty_begin(campaign_watch_t *watch);
 void campaign_judge_duty(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
 void campaign_truth_begin(campaign_watch_t *watch);
 void campaign_judge_reasons(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
+void campaign_judge_notices(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
 void campaign_keep_angle(campaign_watch_t *watch, const uint32_t *rows);
 
 /* The value of a row at t = 0: that of the scenario around which the case is drawn, or the default. */

@@ -215,11 +215,11 @@ static void test_another_noise_changes_the_seed_only(void)
 static void test_what_noise_alone_decides_is_no_effect_of_learning(void)
 {
     campaign_case_t drawn;
-    campaign_result_t result;
+    campaign_result_t judged;
     campaign_draw(29112912u, 4465u, 2.0, &drawn);
     TEST_ASSERT_TRUE(campaign_is_paired(&drawn));
-    TEST_ASSERT_TRUE(campaign_run(&drawn, NULL, &result));
-    TEST_ASSERT_EQUAL(CAMPAIGN_HELD, result.end);
+    TEST_ASSERT_TRUE(campaign_run(&drawn, NULL, &judged));
+    TEST_ASSERT_EQUAL(CAMPAIGN_HELD, judged.end);
 }
 
 /* ---- what is drawn ---- */

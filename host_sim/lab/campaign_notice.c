@@ -14,6 +14,7 @@
 #define SLIP_SEEN    0.3   /* [-] share of the motion that the encoder misses in the fault of the matrix */
 #define CODES        4095.0
 #define PHASE_ANGLE  2.0943951023931957 /* [rad] a third of a turn, between two phases */
+#define THREE_LEGS   1.3333333333333333 /* [-] of a leg's loss: largest effect of three in a phase */
 #define LOSS_TIME    3.2e-3             /* [s] of the drive's law for a phase without current */
 #define LOSS_NONE    0.0075 /* [-] of the sensors' range: a larger value is a current for that law */
 #define SWITCH_SPEED                                                                                         \
@@ -70,29 +71,57 @@ static bool is_large(const campaign_watch_t *watch, const campaign_injected_t *i
     return strcmp(row, "encoder_slip") != 0 || injected->value > SLIP_SEEN;
 }
 
-/* Keeps the mean of the requested current in its frame over the time of the law. A request that alternates
- * within this time does not command a current: in a forced frame the damping responds to the false EMF of an
- * open phase as to an oscillation, and turns the request by up to 4 A in both directions, at 900 Hz. */
+/* Keeps the means of the requested current, and of the voltage beyond the EMF, over the time of the law, in
+ * the frame of the request. A request that alternates within this time does not command a current: in a
+ * forced frame the damping responds to the false EMF of an open phase as to an oscillation, and turns the
+ * request by up to 4 A in both directions, at 900 Hz. */
 static void keep_request(campaign_watch_t *watch, const uint32_t *rows)
 {
     campaign_notices_t *kept = &watch->notices;
     const double share = RIG_PERIOD_SECONDS / LOSS_TIME;
+    const double frame = campaign_number(rows, CAMPAIGN_AT_frame_theta_e);
+    const double theta = campaign_number(rows, CAMPAIGN_AT_true_theta_e);
+    const double emf =
+        watch->motor.flux_linkage * watch->motor.pole_pairs * campaign_number(rows, CAMPAIGN_AT_true_omega_m);
+    const double alpha = campaign_number(rows, CAMPAIGN_AT_u_alpha) + emf * sin(theta);
+    const double beta = campaign_number(rows, CAMPAIGN_AT_u_beta) - emf * cos(theta);
     kept->i_d += (campaign_number(rows, CAMPAIGN_AT_i_d_ref) - kept->i_d) * share;
     kept->i_q += (campaign_number(rows, CAMPAIGN_AT_i_q_ref) - kept->i_q) * share;
+    kept->u_d += (alpha * cos(frame) + beta * sin(frame) - kept->u_d) * share;
+    kept->u_q += (beta * cos(frame) - alpha * sin(frame) - kept->u_q) * share;
 }
 
-/* [A] Commanded current of the phase that a broken wire or switch interrupts: its magnitude; for a switch
- * only if the switch conducts this direction. */
-static double fed_by(const campaign_notices_t *kept, const campaign_injected_t *injected,
-                     const uint32_t *rows)
+/* [V] Voltage beyond the EMF with which a sound phase may carry no current: that of the dead time and the
+ * drops if the signs of all three legs are wrong, and the error of the EMF by the configured psi_f and by the
+ * saliency. */
+static double held_by(const campaign_watch_t *watch, const uint32_t *rows)
 {
+    const campaign_motor_t *motor = &watch->motor;
+    const double lost = campaign_initial(watch->drawn, "dead_time") / RIG_PERIOD_SECONDS *
+                        campaign_number(rows, CAMPAIGN_AT_true_u_dc);
+    const double drop = fmax(rig_initial_named("igbt_voltage"), rig_initial_named("diode_voltage"));
+    const double flux =
+        fabs(1.0 - CAMPAIGN_VALUE(watch->drawn, flux_configured)) * motor->flux_linkage +
+        fabs(motor->inductance_q - motor->inductance_d) * hypot(watch->notices.i_d, watch->notices.i_q);
+    const double speed = motor->pole_pairs * campaign_number(rows, CAMPAIGN_AT_true_omega_m);
+    return THREE_LEGS * (lost + CAMPAIGN_VALUE(watch->drawn, drops) * drop) + flux * fabs(speed);
+}
+
+/* [A] Commanded current of the phase that a broken wire or switch interrupts, while the voltage must drive
+ * it: its magnitude; for a switch only if the switch conducts this direction. */
+static double fed_by(const campaign_watch_t *watch, const campaign_injected_t *injected, const uint32_t *rows)
+{
+    const campaign_notices_t *kept = &watch->notices;
     const char *row = campaign_faults[injected->kind].row;
     const bool wire = strcmp(row, "open_switches") != 0;
     const double lower = wire ? 0.0 : fmod(injected->value, 2.0);
     const double phase = wire ? (double)(row[strlen(row) - 1u] - 'a') : floor(injected->value / 2.0);
     const double angle = campaign_number(rows, CAMPAIGN_AT_frame_theta_e) - PHASE_ANGLE * phase;
     const double current = kept->i_d * cos(angle) - kept->i_q * sin(angle);
-    return wire ? fabs(current) : lower != 0.0 ? -current : current;
+    const double voltage = kept->u_d * cos(angle) - kept->u_q * sin(angle);
+    const bool driven = (current < 0.0 ? -voltage : voltage) > held_by(watch, rows);
+    const double fed = wire ? fabs(current) : lower != 0.0 ? -current : current;
+    return driven ? fed : 0.0;
 }
 
 /* True if other faults shift the zero of the sensors by so much that the law takes a phase without current
@@ -112,7 +141,7 @@ static bool shows(const campaign_watch_t *watch, shows_t how, uint32_t n, uint32
 {
     const campaign_injected_t *injected = &watch->drawn->faults[n];
     const bool wire = strcmp(campaign_faults[injected->kind].row, "open_switches") != 0;
-    const double asked = how == WHILE_FED ? fed_by(&watch->notices, injected, rows)
+    const double asked = how == WHILE_FED ? fed_by(watch, injected, rows)
                                           : hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref),
                                                   campaign_number(rows, CAMPAIGN_AT_i_q_ref));
     const bool carries =

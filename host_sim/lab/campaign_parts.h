@@ -122,7 +122,9 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(chip_reports)                                                                                          \
     R(true_torque)                                                                                           \
     R(omega_m_ref)                                                                                           \
-    R(i_d_ref) R(i_q_ref) R(frame_theta_e) R(speed_request) R(i_q_request) R(load_torque) CAMPAIGN_LEARNT(R)
+    R(i_d_ref)                                                                                               \
+    R(i_q_ref) R(frame_theta_e) R(u_alpha) R(u_beta) R(true_theta_e) R(speed_request) R(i_q_request)         \
+        R(load_torque) CAMPAIGN_LEARNT(R)
 /* The learnt values that change the mean of the angle. Others, the shape of the EMF and differences of the
  * legs, change only its ripple. */
 #define CAMPAIGN_LEARNT(R) R(dead_time_hat) R(inductance_hat) R(resistance_hat)
@@ -212,6 +214,7 @@ typedef struct {
     uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be detected */
     double turned[CAMPAIGN_FAULTS_MAX];  /* [rad] electrical angle in those periods */
     double i_d, i_q;                     /* [A] mean of the requested current in its frame */
+    double u_d, u_q;                     /* [V] mean of the voltage beyond the EMF in this frame */
 } campaign_notices_t;
 
 /* campaign_pair.c: the angle error of a run, for the comparison with the same run without learning. */

@@ -15,7 +15,6 @@
 #define CODES        4095.0
 #define PHASE_ANGLE  2.0943951023931957 /* [rad] a third of a turn, between two phases */
 #define THREE_LEGS   1.3333333333333333 /* [-] of a leg's loss: largest effect of three in a phase */
-#define LOSS_TIME    3.2e-3             /* [s] of the drive's law for a phase without current */
 #define LOSS_NONE    0.0075 /* [-] of the sensors' range: a larger value is a current for that law */
 #define SWITCH_SPEED                                                                                         \
     490.0 /* [rad/s] electrical; at a higher speed half a turn is shorter than twice the 3.2 ms of the law   \
@@ -71,14 +70,14 @@ static bool is_large(const campaign_watch_t *watch, const campaign_injected_t *i
     return strcmp(row, "encoder_slip") != 0 || injected->value > SLIP_SEEN;
 }
 
-/* Keeps the means of the requested current, and of the voltage beyond the EMF, over the time of the law, in
+/* Keeps the means of the requested current and of the voltage beyond the EMF over a window of the drive, in
  * the frame of the request. A request that alternates within this time does not command a current: in a
  * forced frame the damping responds to the false EMF of an open phase as to an oscillation, and turns the
  * request by up to 4 A in both directions, at 900 Hz. */
 static void keep_request(campaign_watch_t *watch, const uint32_t *rows)
 {
     campaign_notices_t *kept = &watch->notices;
-    const double share = RIG_PERIOD_SECONDS / LOSS_TIME;
+    const double share = 1.0 / DRIVE_WINDOW;
     const double frame = campaign_number(rows, CAMPAIGN_AT_frame_theta_e);
     const double theta = campaign_number(rows, CAMPAIGN_AT_true_theta_e);
     const double emf =
@@ -92,19 +91,13 @@ static void keep_request(campaign_watch_t *watch, const uint32_t *rows)
 }
 
 /* [V] Voltage beyond the EMF with which a sound phase may carry no current: that of the dead time and the
- * drops if the signs of all three legs are wrong, and the error of the EMF by the configured psi_f and by the
- * saliency. */
+ * drops, if the compensation has the wrong sign in all three legs. */
 static double held_by(const campaign_watch_t *watch, const uint32_t *rows)
 {
-    const campaign_motor_t *motor = &watch->motor;
     const double lost = campaign_initial(watch->drawn, "dead_time") / RIG_PERIOD_SECONDS *
                         campaign_number(rows, CAMPAIGN_AT_true_u_dc);
     const double drop = fmax(rig_initial_named("igbt_voltage"), rig_initial_named("diode_voltage"));
-    const double flux =
-        fabs(1.0 - CAMPAIGN_VALUE(watch->drawn, flux_configured)) * motor->flux_linkage +
-        fabs(motor->inductance_q - motor->inductance_d) * hypot(watch->notices.i_d, watch->notices.i_q);
-    const double speed = motor->pole_pairs * campaign_number(rows, CAMPAIGN_AT_true_omega_m);
-    return THREE_LEGS * (lost + CAMPAIGN_VALUE(watch->drawn, drops) * drop) + flux * fabs(speed);
+    return THREE_LEGS * (lost + CAMPAIGN_VALUE(watch->drawn, drops) * drop);
 }
 
 /* [A] Commanded current of the phase that a broken wire or switch interrupts, while the voltage must drive

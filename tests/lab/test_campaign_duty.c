@@ -103,29 +103,29 @@ static const course_t courses[] = {
     {"a motor below its limit of 120 degC is not hot", "motor_hot", 100.0, .steps = {{"", 5.0}},
      .violated = HELD},
     /* At a frame angle of 0 i_d lies along phase a and i_q across it; a quarter of the rated current is
-     * 2.5 A. The mean over 3.2 ms, a sum of 1/32 of the difference in each period, exceeds it with 2.6 A
-     * after 103 periods from 0 A, after 22 from 2.4 A, and after 137 from 5 A of the other sign. */
+     * 2.5 A. The mean over a window, a sum of 1/8 of the difference in each period, exceeds it with 2.6 A
+     * after 25 periods from 0 A, after 6 from 2.4 A, and after 33 from 5 A of the other sign. */
     {"a broken wire is reported within 60 ms of current in its phase", "open_phase_a", 1.0,
      .steps = {{"frame_theta_e=0 i_q_ref=5 u_alpha=-30", 1.0},
-               {"i_d_ref=-2.6", 0.0598 + 102.0 * PERIOD},
+               {"i_d_ref=-2.6", 0.0598 + 24.0 * PERIOD},
                {"", 4.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE, .row = "fault_reason"},
     {"a broken wire with a frame that stands at 240 degrees", "open_phase_c", 1.0,
      .steps = {{"frame_theta_e=4.18879 i_d_ref=2.4 u_alpha=-15 u_beta=-26", 1.0},
-               {"i_d_ref=2.6", 0.0598 + 21.0 * PERIOD},
+               {"i_d_ref=2.6", 0.0598 + 5.0 * PERIOD},
                {"", 4.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE},
     {"an open upper switch of leg a is reported within 60 ms of positive current", "open_switch", 0.0,
      .steps = {{"frame_theta_e=0 i_d_ref=-5 u_alpha=30", 1.0},
-               {"i_d_ref=2.6", 0.0598 + 136.0 * PERIOD},
+               {"i_d_ref=2.6", 0.0598 + 32.0 * PERIOD},
                {"", 4.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE},
     {"an open lower switch of leg b is reported within 60 ms of negative current", "open_switch", 3.0,
      .steps = {{"frame_theta_e=2.0944 i_d_ref=5 u_alpha=15 u_beta=-26", 1.0},
-               {"i_d_ref=-2.6", 0.0598 + 136.0 * PERIOD},
+               {"i_d_ref=-2.6", 0.0598 + 32.0 * PERIOD},
                {"", 4.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE},
-    /* 4/3 (7.775 V + 1 V) of the dead time of 311 V and a diode may hold the current. */
+    /* The dead time of 311 V and a diode may take 4/3 (7.775 V + 0.95 V) = 11.63 V. */
     {"a broken wire whose voltage the dead time may take is not required to be reported", "open_phase_a", 1.0,
      .steps = {{"frame_theta_e=0 i_d_ref=5 u_alpha=11.6", 1.0}, {"u_alpha=-30", 1.0}}, .violated = HELD},
     {"a broken wire with a voltage beyond that of the dead time", "open_phase_a", 1.0,
@@ -183,14 +183,14 @@ static void test_each_course_has_its_expected_verdict(void)
     }
 }
 
-/* The request alternates between 8 A and -8 A every 6 periods: its mean in 3.2 ms is at most 8 A tanh(3/32) =
- * 0.75 A. With 4 A more on both sides it is at least 3.25 A. */
+/* The request alternates between 6 A and -6 A every 6 periods. Its mean over a window is at most
+ * 6 A (1 - x)/(1 + x) = 2.28 A, x = (7/8)^6; with 6 A more it is at least 3.72 A. */
 static void test_a_request_that_alternates_does_not_command_a_current_of_an_open_phase(void)
 {
     static const struct {
         const char *rows[2];
         int end;
-    } cases[] = {{{"i_d_ref=8", "i_d_ref=-8"}, HELD}, {{"i_d_ref=12", "i_d_ref=-4"}, CAMPAIGN_I_NOTICE}};
+    } cases[] = {{{"i_d_ref=6", "i_d_ref=-6"}, HELD}, {{"i_d_ref=12", "i_d_ref=0"}, CAMPAIGN_I_NOTICE}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         judge_anew("open_phase_a", 1.0);
         set_rows("frame_theta_e=0 u_alpha=30");

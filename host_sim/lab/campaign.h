@@ -261,7 +261,8 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
     I(LEARN, "learn", 2.0, "mrad",                                                                           \
       "one of 8 runs, without a fault and without encoder, is 10 s longer and is done with and without "     \
       "learning; when both have been steady for 9 s, the rms angle error with learning is not larger by "    \
-      "more than this, unless each learnt value has a smaller error than the configured one")
+      "more than this than in each of 20 runs without learning with different noise, unless each learnt "    \
+      "value has a smaller error than the configured one")
 
 typedef enum {
 #define CAMPAIGN_INVARIANT(NAME, name, limit, unit, text) CAMPAIGN_I_##NAME,
@@ -309,7 +310,8 @@ typedef struct {
     campaign_event_t events[CAMPAIGN_EVENTS_MAX]; /* in order of time */
     uint32_t event_count;
     campaign_injected_t faults[CAMPAIGN_FAULTS_MAX]; /* in order of time; kind 0: no fault */
-    bool unlearnt; /* true: the run of a pair in which the drive learns nothing */
+    bool unlearnt;  /* true: a run of a pair in which the drive learns nothing */
+    uint32_t noise; /* [-] number of the noise of the sensors; 0: the one of the run */
 } campaign_case_t;
 
 typedef enum { CAMPAIGN_NOT_DONE, CAMPAIGN_HELD, CAMPAIGN_VIOLATED, CAMPAIGN_REFUSED } campaign_end_t;

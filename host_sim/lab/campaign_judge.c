@@ -373,6 +373,7 @@ void campaign_watch_sample(void *context, uint32_t period, const uint32_t *slots
     judge_gates(watch, period, rows);
     campaign_judge_duty(watch, period, rows);
     campaign_judge_reasons(watch, period, rows);
+    campaign_judge_notices(watch, period, rows);
     campaign_keep_angle(watch, rows);
     const double shorts = campaign_number(rows, CAMPAIGN_AT_shoot_throughs);
     if (shorts > watch->shorts) { /* this count includes those that were excused */

@@ -139,7 +139,7 @@ static double ripple(common_t common)
     return sqrt(fmax(common.square / common.windows - mean * mean, 0.0));
 }
 
-void campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
+bool campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
                              campaign_result_t *result)
 {
     const uint32_t windows = with->windows < without->windows ? with->windows : without->windows;
@@ -157,14 +157,16 @@ void campaign_compare_angles(const campaign_angles_t *with, const campaign_angle
         }
     }
     if (learnt.windows < WINDOWS_MIN) {
-        return;
+        return false;
     }
-    const bool worse = rms(learnt) > rms(configured) + limit;
-    if (worse && (ripple(learnt) > ripple(configured) + limit || !is_truer(with, without))) {
+    const bool larger = rms(learnt) > rms(configured) + limit;
+    const bool worse = larger && (ripple(learnt) > ripple(configured) + limit || !is_truer(with, without));
+    if (worse) {
         result->end = CAMPAIGN_VIOLATED;
         result->invariant = CAMPAIGN_I_LEARN;
         result->from = first * campaign_periods(WINDOW);
         result->period = (last + 1u) * campaign_periods(WINDOW) - 1u;
         result->row = rig_row_by_name("theta_err")->id;
     }
+    return worse;
 }

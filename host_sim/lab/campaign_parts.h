@@ -122,7 +122,9 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(chip_reports)                                                                                          \
     R(true_torque)                                                                                           \
     R(omega_m_ref)                                                                                           \
-    R(i_d_ref) R(i_q_ref) R(frame_theta_e) R(speed_request) R(i_q_request) R(load_torque) CAMPAIGN_LEARNT(R)
+    R(i_d_ref)                                                                                               \
+    R(i_q_ref) R(frame_theta_e) R(u_alpha) R(u_beta) R(true_theta_e) R(speed_request) R(i_q_request)         \
+        R(load_torque) CAMPAIGN_LEARNT(R)
 /* The learnt values that change the mean of the angle. Others, the shape of the EMF and differences of the
  * legs, change only its ripple. */
 #define CAMPAIGN_LEARNT(R) R(dead_time_hat) R(inductance_hat) R(resistance_hat)
@@ -194,20 +196,26 @@ typedef struct {
     double speed;                        /* [rad/s] mechanical, with the lag of the tracking loop */
     double none; /* [A] length of a current that counts as none, as in the drive's watch of the encoder */
     uint32_t fast_at, over_at, high_at, low_at,
-        wrong_at;     /* [periods] last time at which the limit was exceeded; 0: it was not exceeded */
-    uint32_t starved; /* [periods] time for which the link has been too low */
-    uint32_t quiet;   /* [periods] time without current, with all gates off */
-    bool drifted;     /* the offsets have changed, and there has been no time to measure them since */
-    double step;      /* [A] by which they have changed; 0: they have been measured since */
-    bool heavy;       /* a load behind an elastic shaft may move the motor against its torque */
-    bool weak;        /* the injected fault is a weak magnet, whose EMF may count as missing */
+        wrong_at;   /* [periods] last time at which the limit was exceeded; 0: it was not exceeded */
+    uint32_t quiet; /* [periods] time without current, with all gates off */
+    bool drifted;   /* the offsets have changed, and there has been no time to measure them since */
+    double step;    /* [A] by which they have changed; 0: they have been measured since */
+    bool heavy;     /* a load behind an elastic shaft may move the motor against its torque */
+    bool weak;      /* the injected fault is a weak magnet, whose EMF may count as missing */
     bool fed; /* the rotor has fed the link since that change, so that the offsets could not be measured */
+    int32_t reason;    /* [-] the reason that was compared last */
+    int32_t shown;     /* [-] reason in the last period */
+    uint32_t shown_at; /* [periods] time at which this reason appeared */
+} campaign_truth_t;
+
+/* campaign_notice.c: the time in which a fault must be reported. */
+typedef struct {
+    uint32_t starved;                    /* [periods] time for which the link has been too low */
     uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be detected */
     double turned[CAMPAIGN_FAULTS_MAX];  /* [rad] electrical angle in those periods */
-    int32_t reason;                      /* [-] the reason that was compared last */
-    int32_t shown;                       /* [-] reason in the last period */
-    uint32_t shown_at;                   /* [periods] time at which this reason appeared */
-} campaign_truth_t;
+    double i_d, i_q;                     /* [A] mean of the requested current in its frame */
+    double u_d, u_q;                     /* [V] mean of the voltage beyond the EMF in this frame */
+} campaign_notices_t;
 
 /* campaign_pair.c: the angle error of a run, for the comparison with the same run without learning. */
 #define CAMPAIGN_ANGLE_WINDOWS 512u
@@ -239,11 +247,14 @@ void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *dra
 
 #define CAMPAIGN_PAIR_SECONDS 10.0 /* [s] additional length of the runs of a pair */
 
-/* true: the run is done twice, with and without learning. */
+/* Number of runs without learning of a pair, which differ in the noise of the sensors only. */
+#define CAMPAIGN_PAIR_NOISES 20u
+
+/* true: the run is done with learning and without. */
 bool campaign_is_paired(const campaign_case_t *drawn);
 
-/* Enters a violation into the result if the angle error was larger with learning. */
-void campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
+/* Enters a violation into the result if the angle error was larger with learning, and returns true then. */
+bool campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
                              campaign_result_t *result);
 
 typedef struct {
@@ -262,6 +273,7 @@ typedef struct {
     campaign_excused_t excused[CAMPAIGN_FAULTS_MAX];
     campaign_duty_t duty;
     campaign_truth_t truth;
+    campaign_notices_t notices;
     uint32_t over[3];     /* [periods] time for which the current of this phase has exceeded the limit */
     uint32_t over_off[3]; /* [periods] the same while all gates are off */
     uint32_t wrong;       /* [periods] time for which the angle has been wrong */
@@ -297,6 +309,7 @@ void campaign_duty_begin(campaign_watch_t *watch);
 void campaign_judge_duty(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
 void campaign_truth_begin(campaign_watch_t *watch);
 void campaign_judge_reasons(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
+void campaign_judge_notices(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
 void campaign_keep_angle(campaign_watch_t *watch, const uint32_t *rows);
 
 /* The value of a row at t = 0: that of the scenario around which the case is drawn, or the default. */

@@ -1,29 +1,13 @@
-/* Judges the reports of a drive: it reports a fault within the promised time, and the reason of a latched
- * fault agrees with the true cause. */
+/* Judges the reports of a drive: the reason of a latched fault agrees with the true cause. */
 #include <math.h>
 
 #include "host_sim/lab/campaign_parts.h"
 #include "settings/reasons.h"
 
-#define CARRIES     0.25 /* [-] of rated current: with less current in a phase no report is required ... */
-#define NEARLY_NONE 0.01 /* [-] of the sensors' range */
-#define CARRIES_SEEN                                                                                         \
-    0.04 /* [-] ... nor with less than this share of the sensors' range, which is twice the current that     \
-            shows an open wire */
+#define NEARLY_NONE   0.01                /* [-] of the sensors' range */
 #define NAMED_PERIODS (2u * DRIVE_WINDOW) /* [periods] */
-#define NOTICE_TIMES  3.0                 /* [-] part of the promised time in which current is requested */
 #define WITNESS       0.05                /* [s] within which the reported condition was true */
 #define LOCK_WITNESS  2.0                 /* [s] within which the third loss of the lock is a fault */
-#define STARVED       10e-3               /* [s] that too low a link may last with a gate on */
-#define HEAT_MARGIN   2.0                 /* [K] */
-#define RAIL          8.0                 /* [-] codes from the end of the converter's range */
-#define LATE_MARGIN   1.2                 /* [-] periods */
-#define SLIP_SEEN     0.3 /* [-] share of the motion that the encoder misses in the fault of the matrix */
-#define CODES         4095.0
-#define PHASE_ANGLE   2.0943951023931957 /* [rad] a third of a turn, between two phases */
-#define SWITCH_SPEED                                                                                         \
-    490.0 /* [rad/s] electrical; at a higher speed half a turn is shorter than twice the 3.2 ms of the law   \
-           */
 #define MAGNET_LEFT                                                                                          \
     0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
 #define HEAVY_MASS                                                                                           \
@@ -143,35 +127,6 @@ static const struct {
     {REASON_PARAMS_CORRUPT, 0u, BY_FAULT},
     {REASON_STACK_LOW, 0u, BY_FAULT},
     {REASON_LOCK_LOST, 0u, BY_ANGLE},
-};
-
-/* The condition under which a fault is visible. */
-typedef enum { WHENEVER, WHILE_ON, WHILE_ASKED, WHILE_FED, WHILE_CODED } shows_t;
-
-/* Reports that the matrix promises, for faults of at least this size. */
-typedef struct {
-    const char *row;
-    shows_t shows;
-    double within; /* [s] with the bridge on, or while current is requested */
-    bool turns;    /* the detection also needs an electrical turn */
-} notice_t;
-
-static const notice_t notices[] = {
-    {"force_fault", WHILE_ON, 3e-3, false},
-    {"plant.sink_temperature", WHENEVER, 0.15, false},
-    {"plant.motor_temperature", WHENEVER, 0.15, false},
-    {"interrupt_delay", WHILE_ON, 5e-3, false},
-    {"stuck_dc_link", WHILE_ON, 5e-3, false},
-    {"open_phase_a", WHILE_FED, PROMISED_NOTICE, false},
-    {"open_phase_b", WHILE_FED, PROMISED_NOTICE, false},
-    {"open_phase_c", WHILE_FED, PROMISED_NOTICE, false},
-    {"open_switches", WHILE_FED, PROMISED_NOTICE, false},
-    {"stuck_current_a", WHILE_ASKED, PROMISED_NOTICE, true},
-    {"stuck_current_b", WHILE_ASKED, PROMISED_NOTICE, true},
-    {"encoder_reversed", WHILE_CODED, PROMISED_NOTICE, true},
-    {"encoder_slip", WHILE_CODED, PROMISED_NOTICE, true},
-    {"encoder_stuck_a", WHILE_CODED, PROMISED_NOTICE, true},
-    {"encoder_stuck_b", WHILE_CODED, PROMISED_NOTICE, true},
 };
 
 static uint32_t what_of(const campaign_injected_t *injected)
@@ -354,134 +309,6 @@ static void judge_reason(campaign_watch_t *watch, uint32_t period, const uint32_
     truth->reason = reason;
 }
 
-/* ---- a report in time ---- */
-
-/* True if the fault is large enough for the promise. */
-static bool is_large(const campaign_watch_t *watch, const campaign_injected_t *injected)
-{
-    const char *row = campaign_faults[injected->kind].row;
-    if (strcmp(row, "plant.sink_temperature") == 0) {
-        return injected->value > campaign_initial(watch->drawn, "sink_temperature_max") + HEAT_MARGIN;
-    }
-    if (strcmp(row, "plant.motor_temperature") == 0) {
-        return injected->value > campaign_initial(watch->drawn, "motor_temperature_max") + HEAT_MARGIN;
-    }
-    if (strcmp(row, "interrupt_delay") == 0) {
-        return injected->value > LATE_MARGIN * RIG_PERIOD_SECONDS;
-    }
-    if (strcmp(row, "stuck_dc_link") == 0) {
-        const double shown = injected->value / CODES * (double)BOARD_DC_AT_3V;
-        return shown < 0.98 * campaign_initial(watch->drawn, "dc_undervoltage") ||
-               shown > 1.02 * campaign_initial(watch->drawn, "dc_overvoltage");
-    }
-    return strcmp(row, "encoder_slip") != 0 || injected->value > SLIP_SEEN;
-}
-
-/* [A] Commanded current of the phase that a broken wire or switch interrupts: its magnitude; for a switch
- * only if the switch conducts this direction. */
-static double fed_by(const campaign_injected_t *injected, const uint32_t *rows)
-{
-    const char *row = campaign_faults[injected->kind].row;
-    const bool wire = strcmp(row, "open_switches") != 0;
-    const double lower = wire ? 0.0 : fmod(injected->value, 2.0);
-    const double phase = wire ? (double)(row[strlen(row) - 1u] - 'a') : floor(injected->value / 2.0);
-    const double angle = campaign_number(rows, CAMPAIGN_AT_frame_theta_e) - PHASE_ANGLE * phase;
-    const double current = campaign_number(rows, CAMPAIGN_AT_i_d_ref) * cos(angle) -
-                           campaign_number(rows, CAMPAIGN_AT_i_q_ref) * sin(angle);
-    return wire ? fabs(current) : lower != 0.0 ? -current : current;
-}
-
-static bool shows(const campaign_watch_t *watch, shows_t how, const campaign_injected_t *injected,
-                  uint32_t period, const uint32_t *rows)
-{
-    const double asked = how == WHILE_FED ? fed_by(injected, rows)
-                                          : hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref),
-                                                  campaign_number(rows, CAMPAIGN_AT_i_q_ref));
-    const bool carries =
-        rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
-        asked > fmax(CARRIES * watch->motor.current, CARRIES_SEEN * (double)BOARD_CURRENT_RANGE);
-    const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
-    switch (how) {
-    case WHENEVER:
-        return rows[CAMPAIGN_AT_state] != 0u; /* not before the offsets are measured */
-    case WHILE_ON:
-        return watch->gates_seen;
-    case WHILE_ASKED:
-        return carries;
-    case WHILE_FED:
-        return carries && (strcmp(campaign_faults[injected->kind].row, "open_switches") != 0 ||
-                           watch->motor.pole_pairs * speed < SWITCH_SPEED);
-    case WHILE_CODED:
-        return carries && campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period) &&
-               speed > 2.0 * campaign_blind_speed(watch->drawn);
-    }
-    return false;
-}
-
-/* A current has to be requested in each phase. Therefore these times count only while a current is requested,
- * and are three times the promise of the matrix for a whole turn. */
-static void judge_notice(campaign_watch_t *watch, uint32_t n, const notice_t *notice, uint32_t period,
-                         const uint32_t *rows)
-{
-    campaign_truth_t *truth = &watch->truth;
-    const campaign_injected_t *injected = &watch->drawn->faults[n];
-    const bool gone = injected->lasts > 0.0 && period * RIG_PERIOD_SECONDS > injected->time + injected->lasts;
-    const bool reported = rows[CAMPAIGN_AT_state] == watch->fault || rows[CAMPAIGN_AT_state] == watch->stops;
-    if (!campaign_is_there(watch, n, period) || gone || reported) {
-        truth->asked[n] = 0u;
-        truth->turned[n] = 0.0;
-        return;
-    }
-    if (shows(watch, notice->shows, injected, period, rows)) {
-        truth->asked[n]++;
-        truth->turned[n] += watch->per_omega * fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
-    }
-    const double times = notice->turns || notice->shows == WHILE_FED ? NOTICE_TIMES : 1.0;
-    if (truth->asked[n] * RIG_PERIOD_SECONDS > times * notice->within &&
-        (!notice->turns || truth->turned[n] > NOTICE_TIMES * CAMPAIGN_TURN)) {
-        campaign_violated(watch, CAMPAIGN_I_NOTICE, period, truth->asked[n], "fault_reason");
-    }
-}
-
-static void judge_notices(campaign_watch_t *watch, uint32_t n, uint32_t period, const uint32_t *rows)
-{
-    const campaign_injected_t *injected = &watch->drawn->faults[n];
-    const char *row = campaign_faults[injected->kind].row;
-    if (injected->kind == 0u || !is_large(watch, injected)) {
-        return;
-    }
-    for (size_t k = 0; k < sizeof notices / sizeof notices[0]; k++) {
-        if (strcmp(notices[k].row, row) == 0) {
-            judge_notice(watch, n, &notices[k], period, rows);
-        }
-    }
-}
-
-/* True if the sensor of the link does not show the true voltage. */
-static bool hides_link(const campaign_watch_t *watch, uint32_t period)
-{
-    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        const char *row = campaign_faults[watch->drawn->faults[n].kind].row;
-        if (campaign_is_there(watch, n, period) &&
-            (strcmp(row, "stuck_dc_link") == 0 || strcmp(row, "dc_gain_error") == 0)) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* For every fault: while a gate is on, too low a link voltage is reported, unless its sensor does not show
- * it. */
-static void judge_starved(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
-{
-    campaign_truth_t *truth = &watch->truth;
-    const bool low = watch->gates_seen && campaign_number(rows, CAMPAIGN_AT_true_u_dc) < truth->under;
-    truth->starved = low && !hides_link(watch, period) ? truth->starved + 1u : 0u;
-    if (truth->starved * RIG_PERIOD_SECONDS > STARVED) {
-        campaign_violated(watch, CAMPAIGN_I_NOTICE, period, truth->starved, "true_u_dc");
-    }
-}
-
 void campaign_judge_reasons(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     if (watch->drawn->around != NULL) {
@@ -490,8 +317,4 @@ void campaign_judge_reasons(campaign_watch_t *watch, uint32_t period, const uint
     bear_witness(watch, period, rows);
     watch_offsets(watch, period, rows);
     judge_reason(watch, period, rows);
-    judge_starved(watch, period, rows);
-    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        judge_notices(watch, n, period, rows);
-    }
 }

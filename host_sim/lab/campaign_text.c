@@ -10,6 +10,8 @@
 typedef campaign_writing_t text_t;
 #define say campaign_say
 
+#define NOISE_SHIFT 24u /* [bits] place of the noise's number in the seed, above that of the run */
+
 void campaign_say(campaign_writing_t *text, const char *format, ...)
 {
     va_list arguments;
@@ -276,7 +278,8 @@ static void say_drawn(text_t *text, const campaign_case_t *drawn, const char *wh
     campaign_set_all(&settings, drawn, &motor);
     say(text, "schema = 1\n%stitle = \"Campaign of seed %llu, run %lu%s%s\"\n", boards_line(),
         (unsigned long long)drawn->seed, (unsigned long)drawn->run, what[0] != '\0' ? ": " : "", what);
-    say(text, "\n[run]\nduration = %.9g\nseed = %lu\n", drawn->seconds, (unsigned long)drawn->run);
+    say(text, "\n[run]\nduration = %.9g\nseed = %lu\n", drawn->seconds,
+        (unsigned long)(drawn->run + (drawn->noise << NOISE_SHIFT)));
     if (CAMPAIGN_VALUE(drawn, angle) != 0.0 || CAMPAIGN_VALUE(drawn, speed) != 0.0) {
         say(text, "\n[start]\nangle = %.9g\nspeed = %.9g\n", CAMPAIGN_VALUE(drawn, angle),
             CAMPAIGN_VALUE(drawn, speed) * motor.speed);

@@ -138,6 +138,7 @@ function(lagless_add_lab name rig)
     add_library(${name} STATIC $<TARGET_OBJECTS:lagless_lab_shared> $<TARGET_OBJECTS:lagless_board_facts>
         ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_duty.c
         ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_motor.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_notice.c
         ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_reasons.c
         ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_rows.c
         ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_space.c

@@ -447,6 +447,51 @@ static void test_a_phase_without_its_current_is_lost(void)
     }
 }
 
+/* With a request along the axis of the open phase a the others, in series, carry no current either. It is a
+ * loss if the voltage exceeds that of the dead time, 4/3 (7.5 V + 0.9 V) = 11.2 V, and the EMF that is
+ * uncertain, 0.183 Wb times 20 rad/s = 3.7 V; not if the control does not reach its voltage, or with a
+ * request of less than 0.4 A. */
+static void test_a_request_along_an_open_phase_is_a_loss_although_no_phase_carries_current(void)
+{
+    static const struct {
+        float voltage, doubt, reference; /* [V], [rad/s], [A] */
+        bool limited, lost;
+    } cases[] = {{13.0f, 0.0f, 3.0f, false, true},    {10.0f, 0.0f, 3.0f, false, false},
+                 {13.0f, 20.0f, 3.0f, false, false},  {16.0f, 20.0f, 3.0f, false, true},
+                 {-16.0f, 20.0f, -3.0f, false, true}, {16.0f, 20.0f, 3.0f, true, false},
+                 {16.0f, 20.0f, 0.35f, false, false}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        doubt = cases[n].doubt;
+        limited = cases[n].limited;
+        feed(100u, cases[n].voltage, 0.0f, 0.0f, (ab_t){cases[n].reference, 0.0f});
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(cases[n].lost ? CURRENT_WATCH_LOSS : 0u, seen, "case");
+        TEST_ASSERT_TRUE(!cases[n].lost || (periods >= 32u && periods <= 48u));
+    }
+}
+
+/* The requested current of a has one sign for 16 periods, in which none flows, and the other sign for 16
+ * periods, in which it flows. In the third turn 32 periods without the current of that sign have passed. If
+ * a current of that sign flows in one window of each turn, nothing is reported. */
+static void test_a_switch_that_does_not_conduct_is_a_loss_although_the_other_sign_flows(void)
+{
+    for (int closed = 0; closed < 2; closed++) {
+        for (int negative = 0; negative < 2; negative++) {
+            const float sign = negative != 0 ? -1.0f : 1.0f;
+            setUp();
+            for (uint32_t turn = 0; turn < 10u; turn++) {
+                feed(16u, 20.0f * sign, 0.0f, 3.0f, (ab_t){2.0f * sign, 3.0f});
+                if (closed != 0) {
+                    feed(8u, 20.0f * sign, 2.0f * sign, 3.0f, (ab_t){2.0f * sign, 3.0f});
+                }
+                feed(16u, -20.0f * sign, -2.0f * sign, 3.0f, (ab_t){-2.0f * sign, 3.0f});
+            }
+            TEST_ASSERT_EQUAL_UINT32(closed != 0 ? 0u : CURRENT_WATCH_LOSS, seen);
+            TEST_ASSERT_TRUE(closed != 0 || (periods > 48u && periods <= 80u));
+        }
+    }
+}
+
 /* The speed control alternates between requests of 6 A and -5.9 A, whose mean is the current that flows;
  * the current of a is near its zero. */
 static void test_a_phase_near_zero_is_not_lost_while_the_reference_chatters(void)

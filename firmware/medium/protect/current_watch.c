@@ -79,7 +79,7 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
         .gain.max = GAIN_MAX * inductance / smaller,
         .none = NONE_SHARE * params->range,
         .carries = CARRIES_SHARE * params->range,
-        .absent = periods_of(LOSS_TIME, params->period),
+        .absent = (int32_t)periods_of(LOSS_TIME, params->period),
         .sum = SUM_SHARE * params->range,
         .sensors = params->three_sensors ? 3u : 2u,
     };

@@ -19,7 +19,8 @@
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
  *             and by more than the saliency of a rotor in any position explains
  *     loss    a phase for which a current is requested, on a window's mean, with more voltage than the dead
- *             time may take, has nearly no current for some time, while another carries some;
+ *             time may take, has nearly no current of this sign for some time; if no other phase carries
+ *             current, with more voltage than the dead time and the uncertain EMF;
  *             or for twice the time, while the current of any phase deviates from the requested one;
  *             or its voltage exceeds the effect of any rotor's flux
  *     sum     three sensors whose currents do not add up to zero
@@ -102,27 +103,27 @@ typedef struct {
     float none;       /* largest value of a phase without current [A] */
     float slow_link;  /* DC link, below which the voltage limit lets a current lag far behind [V] */
     float carries;    /* least current of a phase that carries current [A] */
-    uint32_t absent;  /* [periods] without current that count as a loss */
+    int32_t absent;   /* [periods] without current that count as a loss */
     float sum;        /* largest sum of three currents [A] */
     uint32_t sensors; /* [-] 2 or 3 */
 } current_watch_tuning_t;
 
 /* State of one phase. */
 typedef struct {
-    float value;     /* as measured at the last window's end [A] */
-    float change;    /* m of the last window [A] */
-    float expected;  /* p of the last window [A] */
-    float stuck;     /* sum of p beyond its uncertainty since the value last changed [A] */
-    float held;      /* p per period when the value was first constant [A] */
-    float error;     /* p - m of the last window; at the end of a window still of the last but one [A] */
-    float bias;      /* p - m of the last window in which the suspected value was certainly right [A] */
-    float emf;       /* uncertain part of a window's EMF when the value was first constant [A] */
-    float path;      /* sum of the magnitudes of the changes of p since then [A] */
-    float beside;    /* another sensor's value then [A] */
-    float fed;       /* sum of p without the EMF, beyond its uncertainty, while nearly no current flows [A] */
-    uint32_t absent; /* [periods] with a requested current, and without a measured one */
-    uint32_t still;  /* [periods] for which it has not changed */
-    uint32_t sure;   /* [periods] for which it must not change */
+    float value;    /* as measured at the last window's end [A] */
+    float change;   /* m of the last window [A] */
+    float expected; /* p of the last window [A] */
+    float stuck;    /* sum of p beyond its uncertainty since the value last changed [A] */
+    float held;     /* p per period when the value was first constant [A] */
+    float error;    /* p - m of the last window; at the end of a window still of the last but one [A] */
+    float bias;     /* p - m of the last window in which the suspected value was certainly right [A] */
+    float emf;      /* uncertain part of a window's EMF when the value was first constant [A] */
+    float path;     /* sum of the magnitudes of the changes of p since then [A] */
+    float beside;   /* another sensor's value then [A] */
+    float fed;      /* sum of p without the EMF, beyond its uncertainty, while nearly no current flows [A] */
+    int32_t absent; /* [periods] with a requested current, and without a measured one; sign of the request */
+    uint32_t still; /* [periods] for which it has not changed */
+    uint32_t sure;  /* [periods] for which it must not change */
 } current_watch_phase_t;
 
 /* A ratio of m to p, while consecutive windows agree about its side. */

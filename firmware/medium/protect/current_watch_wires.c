@@ -5,7 +5,7 @@
 
 #define APART_SHARE     0.25f /* [-] of the largest phase current: least deviation from the requested current */
 #define LITTLE_SHARE    0.5f /* [-] of the requested current: limit where the EMF contradicts */
-#define ELSEWHERE_TIMES 4u   /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
+#define ELSEWHERE_TIMES 4    /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
 #define FED_SHARE       0.1f /* [-] of its limit: above this only this law is used */
 /* The same where a forced frame takes the rotor along, which then does not turn by 80 degrees. */
 #define FORCED_SHARE 0.5f /* [-] */
@@ -35,33 +35,49 @@ static bool deviates(const float asked[3], const current_watch_window_t *window,
     return apart;
 }
 
-/* True if a phase has been without current for long enough. The time counts while another phase carries
- * current and the current control does not reach the requested current, either in this phase or in the
- * others, whose currents an open wire makes dependent. `asked`: requested currents, in all of the window's
- * periods [A]. A deviation of only the others counts half, because a frame with a wrong angle causes one as
- * well. If the EMF contradicts, a diode may carry the current in place of a switch: half of the requested
- * current then counts as no current. If the EMF contradicts along no phase's axis, the encoder is probably
- * wrong, and the dead time, compensated with a wrong angle, may hold a phase at zero for some milliseconds:
- * the time is longer then. At the limit of a low link voltage a current lags behind the requested one. */
+/* A phase carries this current [A]. It ends the time without current if it has the sign of the request that
+ * was missing. With an open switch a current of the other sign flows in each turn. */
+static void end_absence(current_watch_phase_t *phase, float value)
+{
+    const bool missing = value < 0.0f ? phase->absent < 0 : phase->absent > 0;
+    phase->absent = missing ? 0 : phase->absent;
+}
+
+/* True if a phase has been without current for long enough. The time counts while the current control does
+ * not reach the requested current, either in this phase or in the others, whose currents an open wire makes
+ * dependent, and while the voltage exceeds that of the dead time, so that a current must flow. If no other
+ * phase carries current, because the request is along the axis of this phase, the voltage must also exceed
+ * the uncertain EMF: the current control may balance an EMF while no phase carries a small request. `asked`:
+ * requested currents, in all of the window's periods [A]. A deviation of only the others counts half, because
+ * a frame with a wrong angle causes one as well. If the EMF contradicts, a diode may carry the current in
+ * place of a switch: half of the requested current then counts as no current. If the EMF contradicts along no
+ * phase's axis, the encoder is probably wrong, and the dead time, compensated with a wrong angle, may hold a
+ * phase at zero for some milliseconds: the time is longer then. At the limit of a low link voltage a current
+ * lags behind the requested one. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
                       const current_watch_window_t *window, const float asked[3])
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
-    const bool lags = input->limited && input->u_dc < tuning->slow_link;
-    const bool driven = !bounds_within(window->moved[n], window->dead);
-    const bool judged = !lags && driven && window->largest > tuning->carries;
+    const bool others = window->largest > tuning->carries;
+    const bool lags = input->limited && (input->u_dc < tuning->slow_link || !others);
+    const float held = others ? window->dead : window->dead + window->emf;
+    const bool judged = !lags && !bounds_within(window->moved[n], held);
     const float least = window->periods * (tuning->carries + APART_SHARE * window->largest);
     const bool much = judged && !bounds_within(asked[n], least);
     const float value = window->value[n];
     const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked[n]) : 0.0f;
     if (!bounds_within(value, tuning->none) && !bounds_within(value * window->periods, half)) {
-        phase->absent = 0u;
-    } else if (judged && !is_still(watch, n)) {
-        const uint32_t periods = (uint32_t)(int32_t)window->periods;
-        phase->absent += much ? periods : deviates(asked, window, least) ? periods / 2u : 0u;
+        end_absence(phase, value);
+        return false;
     }
-    return phase->absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
+    int32_t absent = phase->absent < 0 ? -phase->absent : phase->absent;
+    if (judged && !is_still(watch, n) && (much || deviates(asked, window, least))) {
+        const int32_t periods = (int32_t)window->periods;
+        absent += much ? periods : periods / 2;
+        phase->absent = asked[n] < 0.0f ? -absent : absent;
+    }
+    return absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
 }
 
 /* Voltage on a phase without current beyond the effect of the magnets' flux at any angle
@@ -86,18 +102,39 @@ bool current_watch_feeds_another(const current_watch_t *watch, uint32_t n)
     return feeds;
 }
 
+/* Bits of the phases whose wire may be open. Each of the others carries a current. */
+static uint32_t without_current(current_watch_t *watch, const current_watch_input_t *input,
+                                const current_watch_window_t *window)
+{
+    uint32_t phases = 0u;
+    for (uint32_t n = 0; n < 3u; n++) {
+        if (bounds_within(window->value[n], watch->tuning.none) || input->contradicted) {
+            phases |= UINT32_C(1) << n;
+            continue;
+        }
+        current_watch_phase_t *phase = &watch->phase[n];
+        phase->fed = 0.0f;
+        if (phase->absent != 0) {
+            end_absence(phase, window->value[n]);
+        }
+    }
+    return phases;
+}
+
 uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t *input,
                              const current_watch_window_t *window)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
+    const uint32_t phases = without_current(watch, input, window);
+    if (phases == 0u) {
+        return 0u;
+    }
     const float flux = input->forced ? FORCED_SHARE * tuning->flux : tuning->flux;
     float asked[3];
     spread(asked, frames_inverse_clarke(frames_inverse_park(input->asked_for, input->frame)));
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < 3u; n++) {
-        if (!bounds_within(window->value[n], tuning->none) && !input->contradicted) {
-            watch->phase[n].absent = 0u;
-            watch->phase[n].fed = 0.0f;
+        if ((phases >> n & 1u) == 0u) {
             continue;
         }
         const float fed = feed(watch, n, window);

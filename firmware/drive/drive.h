@@ -55,9 +55,9 @@ typedef struct {
 
     /* data between the tasks, in addition to the setpoint of the medium task */
     window_t window;          /* the newest closed one; the medium task reads it until it is done */
+    setpoint_t setpoints[2];  /* of the medium task: the active one and the next */
     uint32_t handed;          /* [windows] closed and handed over, by the fast task */
     uint32_t done;            /* [windows] whose setpoint is ready, by the medium task */
-    setpoint_t setpoints[2];  /* of the medium task: the active one and the next */
     uint32_t acting;          /* [-] index of the active one, by the fast task */
     uint32_t medium_in_force; /* [-] index of the tuning of the medium task, by the fast task */
     uint32_t medium_has;      /* [-] the same, once the medium task has taken it over */

@@ -49,7 +49,7 @@ typedef struct {
 
 /* Single values of the tuning. */
 typedef struct {
-    float jump;    /* least step of the encoder's angle in one period that no rotor can make [rad] */
+    float jump;    /* least difference from the prediction that counts as a jump of the encoder [rad] */
     float settled; /* largest distance of the encoder's angle behind its prediction by braking [rad] */
     float pole_pairs_inverse; /* 1/p [-] */
     float dc_undervoltage; /* below this link voltage a rotor may feed the link while the bridge is off [V] */

@@ -42,7 +42,7 @@
  * large inductance also the noise of the current: the limit is then three standard deviations of the mean of
  * two windows, 3 sqrt(2) L n_i/(2 T_j), if these are more than psi_f omega_least (docs/theory.md, 28). In
  * each period the angle is compared with the angle expected from the speed. A difference of more than 0.5 rad
- * plus two counts cannot be a motion of the rotor, and is reported in the same period. While nearly no
+ * plus two counts is reported in the same period, unless the EMF shows that the rotor brakes. While nearly no
  * current flows, offsets of the sensors may reverse the sign of the compensated dead-time voltage; the least
  * EMF that is judged is then twice as large.
  *

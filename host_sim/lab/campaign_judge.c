@@ -256,8 +256,7 @@ static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint3
 }
 
 /* The speed whose EMF, in a frame with the right angle, would be as large as the one that a wrong angle shows
- * now. An angle that is wrong by less than 60 degrees, d, shows only the difference 2 sin(d/2) of the EMF. A
- * salient rotor has the EMF omega (psi_f - (L_q - L_d) i_d), and at a wrong angle the whole current
+ * now. A salient rotor has the EMF omega (psi_f - (L_q - L_d) i_d), and at a wrong angle the whole current
  * may be i_d. While nearly no current flows, the dead time's voltage has any sign, and twice the EMF is
  * needed. */
 static double shown_speed(const campaign_watch_t *watch, const uint32_t *rows)
@@ -272,9 +271,7 @@ static double shown_speed(const campaign_watch_t *watch, const uint32_t *rows)
     const double amplitude = sqrt(squares / 1.5);
     const double against = (motor->inductance_q - motor->inductance_d) * amplitude / motor->flux_linkage;
     const double signs = amplitude < watch->truth.none ? 0.5 : 1.0;
-    const double error = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err));
-    const double differs = fmin(2.0 * sin(0.5 * error), 1.0);
-    return differs * signs * speed * fmax(1.0 - fmax(against, 0.0), 0.0);
+    return signs * speed * fmax(1.0 - fmax(against, 0.0), 0.0);
 }
 
 /* True if a present fault hides a wrong angle. */

@@ -89,5 +89,8 @@ standing_state_t standing_step(standing_t *standing, standing_want_t want, const
     if (steady) {
         return STANDING_STEADY;
     }
-    return standing->tries < TRIES ? STANDING_NOT_YET : reached ? STANDING_SWINGS : STANDING_NEVER;
+    if (standing->tries < TRIES) {
+        return STANDING_NOT_YET;
+    }
+    return reached ? STANDING_SWINGS : STANDING_NEVER;
 }

@@ -16,9 +16,9 @@
 #define SMOOTH       15.0f /* [rad/s] low-pass of the speed for that */
 #define MEAN         1.0f  /* [s] */
 
-#define CYCLES      4u  /* [-] at least; the first one shows how long the phases take */
-#define CYCLES_FEW  2u  /* [-] the same of a heavy rotor, whose phases have many slices */
-#define CYCLES_MOST 40u /* [-] more of them would only hide errors that do not scatter */
+#define CYCLES      UINT32_C(4) /* [-] at least; the first one shows how long the phases take */
+#define CYCLES_FEW  UINT32_C(2) /* [-] the same of a heavy rotor, whose phases have many slices */
+#define CYCLES_MOST 40u         /* [-] more of them would only hide errors that do not scatter */
 #define SCATTER_GOOD                                                                                         \
     0.005f /* standard error of J that ends the cycles, relative: the slices share errors of the dead time,  \
               so that J scatters by up to 2.5 times this value; 4 % shall be three deviations [-] */

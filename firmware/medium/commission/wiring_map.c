@@ -98,7 +98,8 @@ static ab_t behind(ab_t measured, wiring_map_t map)
     return frames_clarke((abc_t){leg[0], leg[1], leg[2]});
 }
 
-float wiring_score(const wiring_matrix_t *matrix, wiring_map_t map)
+/* Score of a map [-]: 0 for the true map of a round rotor, larger for others. */
+static float score_of(const wiring_matrix_t *matrix, wiring_map_t map)
 {
     const ab_t of_alpha = behind(matrix->of_alpha, map);
     const ab_t of_beta = behind(matrix->of_beta, map);
@@ -124,7 +125,7 @@ wiring_map_t wiring_map_of(uint32_t n)
 
 bool wiring_search(wiring_search_t *search, const wiring_matrix_t *matrix)
 {
-    const float score = wiring_score(matrix, wiring_map_of(search->tried));
+    const float score = score_of(matrix, wiring_map_of(search->tried));
     if (search->tried == 0u || score < search->least) {
         search->least = score;
         search->best = search->tried;

@@ -37,9 +37,6 @@ int32_t wiring_open_phase(const wiring_matrix_t *matrix);
 /* The sensor that does not change, 1 or 2, of a matrix in which each phase has an answer; 0: both change. */
 int32_t wiring_stuck_sensor(const wiring_matrix_t *matrix);
 
-/* Score of a map [-]: 0 for the true map of a round rotor, larger for others. */
-float wiring_score(const wiring_matrix_t *matrix, wiring_map_t map);
-
 #define WIRING_MAPS 24u
 
 /* One of the WIRING_MAPS maps; 0: the right one. */

@@ -6,7 +6,6 @@
 
 #define STEPS_PER_TURN   4294967296.0f
 #define STEPS_PER_RADIAN (STEPS_PER_TURN / ANGLE_TWO_PI)
-#define HALF             0.5f
 
 void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params)
 {
@@ -35,7 +34,7 @@ bool encoder_may_brake(const encoder_t *encoder, const encoder_tuning_t *tuning)
 {
     const float error = encoder->missed * (1.0f / ENCODER_ANGLE_PER_STEP);
     const float moved = tuning->step_gain * (encoder->omega_e - tuning->speed_gain * error);
-    const float least = HALF * tuning->angle_gain * bounds_magnitude(error); /* r (1 - r/2) |m| */
+    const float least = 0.5f * tuning->angle_gain * bounds_magnitude(error); /* r (1 - r/2) |m| */
     return error < 0.0f ? moved > least : moved < -least;
 }
 

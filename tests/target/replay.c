@@ -6,12 +6,7 @@
 #include <string.h>
 
 #include "tools/target/recording_in.h"
-
-#ifdef REPLAY_FILE
-static FILE *input;
-#else
-#include <avr/io.h> /* GPIOR2: the next octet of the simulator's input */
-#endif
+#include "tools/target/target_in.h"
 
 #ifndef REPLAY_MOST
 #define REPLAY_MOST UINT32_MAX /* [periods] of a part, from its power-on */
@@ -20,21 +15,6 @@ static FILE *input;
 static drive_t drive;
 /* Number of compared values, of values that differ, and of bits that differ. */
 static uint32_t values, unequal, differing;
-
-static uint32_t take(void)
-{
-#ifdef REPLAY_FILE
-    return recording_word(input);
-#else
-    uint32_t word;
-    unsigned char octets[sizeof word]; /* lowest first, as in the memory of the processor */
-    for (unsigned n = 0; n < sizeof octets; n++) {
-        octets[n] = GPIOR2;
-    }
-    memcpy(&word, octets, sizeof word);
-    return word;
-#endif
-}
 
 static void compare(const char *name, uint32_t here)
 {
@@ -105,13 +85,9 @@ static void replay(uint32_t periods)
 
 int main(void)
 {
-#ifdef REPLAY_FILE
-    input = fopen(REPLAY_FILE, "rb");
-    if (input == NULL) {
-        printf("replay: no file " REPLAY_FILE "; the preset host makes it\n");
+    if (!target_opens("replay")) {
         return 2;
     }
-#endif
     uint32_t seed = 0u, share = 1u, left_out = 0u;
 #ifndef REPLAY_FILE /* the words of the simulator before the recording */
     seed = take();

@@ -12,37 +12,18 @@
 #include "host_sim/rig/rig.h"
 #include "settings/reasons.h"
 #include "tools/target/recording.h"
+#include "tools/target/words_out.h"
 
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
 
 /* ---- the output file ---- */
 
-static FILE *file;
 static uint32_t recorded, length; /* [periods] of this part: so far, in all */
 static params_t prepared;         /* the newest set whose tuning was prepared, */
 static assumed_t prepared_with;   /* with this assumption */
 static bool unrecorded;           /* the tuning of the last drive_prepare() is not in the recording yet */
 static uint32_t found;            /* bit n: in period n of a window a catch has found its rotor */
 static void (*tampering)(drive_samples_t *samples); /* with the samples of the sensors; NULL: none */
-
-static void put(uint32_t word)
-{
-    for (uint32_t shift = 0; shift < 32u; shift += 8u) {
-        if (putc((int)(word >> shift & 0xFFu), file) == EOF) {
-            perror("record");
-            exit(3);
-        }
-    }
-}
-
-static void put_words(const void *slots, uint32_t count)
-{
-    for (uint32_t n = 0; n < count; n++) {
-        uint32_t word;
-        memcpy(&word, (const char *)slots + 4u * n, 4);
-        put(word);
-    }
-}
 
 static void put_table(const table_t *table, const void *base)
 {

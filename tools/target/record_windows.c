@@ -8,29 +8,10 @@
 
 #include "host_sim/lab/commission.h"
 #include "tools/target/recording_windows.h"
+#include "tools/target/words_out.h"
 
-static FILE *file;
 static commission_tuning_t taken;
 static const commission_t *begun; /* the state that was recorded last */
-
-static void put(uint32_t word)
-{
-    for (uint32_t shift = 0u; shift < 32u; shift += 8u) {
-        if (putc((int)(word >> shift & 0xFFu), file) == EOF) {
-            perror("record_windows");
-            exit(3);
-        }
-    }
-}
-
-static void put_words(const void *slots, uint32_t count)
-{
-    for (uint32_t n = 0u; n < count; n++) {
-        uint32_t word;
-        memcpy(&word, (const char *)slots + n * sizeof word, sizeof word);
-        put(word);
-    }
-}
 
 void __real_commission_window(commission_t *commission, const commission_tuning_t *tuning, int32_t requested,
                               const commission_window_t *input);

@@ -4,54 +4,28 @@
 #include <stdio.h>
 
 #include "tools/target/recording_windows.h"
-
-#ifdef REPLAY_FILE
-static FILE *file;
-#else
-#include <avr/io.h> /* GPIOR2: the next octet of the simulator's input */
-#endif
+#include "tools/target/target_in.h"
 
 static commission_t commission;
-
-static uint32_t take(void)
-{
-    uint32_t word = 0u;
-    for (unsigned n = 0u; n < 4u; n++) {
-#ifdef REPLAY_FILE
-        word |= (uint32_t)(getc(file) & 0xFF) << 8u * n;
-#else
-        word |= (uint32_t)GPIOR2 << 8u * n;
-#endif
-    }
-    return word;
-}
-
-static void take_words(void *slots, uint32_t count)
-{
-    for (uint32_t n = 0u; n < count; n++) {
-        const uint32_t word = take();
-        memcpy((char *)slots + n * sizeof word, &word, sizeof word);
-    }
-}
 
 /* One window. false: the state differs from that of the host. */
 static bool window(void)
 {
     static commission_tuning_t tuning;
     static excite_seen_t seen;
-    commission_window_t input = {.standing = {.seen = &seen}};
+    commission_window_t given = {.standing = {.seen = &seen}};
     const int32_t requested = (int32_t)take();
     if (take() != 0u) {
         take_words(&tuning, WINDOWS_WORDS(commission_tuning_t));
     }
     take_words(&seen, WINDOWS_WORDS(excite_seen_t));
-    take_words(&input.standing.current_abc, WINDOWS_WORDS(abc_t));
-    take_words(&input.standing.current, WINDOWS_WORDS(ab_t));
-    take_words(&input.standing.u_dc, 1u);
-    input.standing.tripped = take();
-    take_words(&input.turning, WINDOWS_WORDS(turning_input_t));
-    input.bridge_on = take() != 0u;
-    commission_window(&commission, &tuning, requested, &input);
+    take_words(&given.standing.current_abc, WINDOWS_WORDS(abc_t));
+    take_words(&given.standing.current, WINDOWS_WORDS(ab_t));
+    take_words(&given.standing.u_dc, 1u);
+    given.standing.tripped = take();
+    take_words(&given.turning, WINDOWS_WORDS(turning_input_t));
+    given.bridge_on = take() != 0u;
+    commission_window(&commission, &tuning, requested, &given);
     return take() == windows_hash(&commission);
 }
 
@@ -59,13 +33,10 @@ int main(void)
 {
     uint32_t windows = 0u;
     uint32_t differ = 0u;
-#ifdef REPLAY_FILE
-    file = fopen(REPLAY_FILE, "rb");
-    if (file == NULL) {
-        printf("replay_windows: no file " REPLAY_FILE "; the preset host makes it\n");
+    if (!target_opens("replay_windows")) {
         return 2;
     }
-#else
+#ifndef REPLAY_FILE
     (void)take(); /* seed and share of a grid */
     (void)take();
 #endif

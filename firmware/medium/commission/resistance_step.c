@@ -266,15 +266,9 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
         return commission_goes_on();
     }
     const standing_want_t want = {periods_of(BLOCK, tuning->window), order->current, ACROSS * order->current};
-    switch (standing_step(&step->standing, want, input->seen)) {
-    case STANDING_STEADY:
-        return first_value(step, tuning, input, order, results);
-    case STANDING_SWINGS:
-        return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
-    case STANDING_NEVER:
-        return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
-    case STANDING_NOT_YET:
-        break;
+    const standing_state_t state = standing_step(&step->standing, want, input->seen);
+    if (state != STANDING_STEADY) {
+        return standing_verdict(state);
     }
-    return commission_goes_on();
+    return first_value(step, tuning, input, order, results);
 }

@@ -394,19 +394,13 @@ commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tun
         return commission_goes_on();
     }
     const standing_want_t want = {periods_of(BLOCK, tuning->window), order->current, ACROSS * order->current};
-    switch (standing_step(&step->standing, want, input->seen)) {
-    case STANDING_STEADY:
-        step->phase = (int32_t)(step->phase == (int32_t)SINE_ALIGN ? SINE_TURN : SINE_RUNS);
-        if (step->phase == (int32_t)SINE_RUNS) {
-            prepare(step, tuning, input, results, order);
-        }
-        break;
-    case STANDING_SWINGS:
-        return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
-    case STANDING_NEVER:
-        return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
-    case STANDING_NOT_YET:
-        break;
+    const standing_state_t state = standing_step(&step->standing, want, input->seen);
+    if (state != STANDING_STEADY) {
+        return standing_verdict(state);
+    }
+    step->phase = (int32_t)(step->phase == (int32_t)SINE_ALIGN ? SINE_TURN : SINE_RUNS);
+    if (step->phase == (int32_t)SINE_RUNS) {
+        prepare(step, tuning, input, results, order);
     }
     return commission_goes_on();
 }

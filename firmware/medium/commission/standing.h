@@ -54,6 +54,16 @@ typedef struct {
     float across;   /* largest current across the axis of a rotor at rest [A] */
 } standing_want_t;
 
+/* The verdict on a step while its hold is not steady: it waits, or ends with a reason. */
+static inline commission_verdict_t standing_verdict(standing_state_t state)
+{
+    if (state == STANDING_SWINGS) {
+        return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
+    }
+    return state == STANDING_NEVER ? commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0)
+                                   : commission_goes_on();
+}
+
 /* One window. */
 standing_state_t standing_step(standing_t *standing, standing_want_t want, const excite_seen_t *seen);
 

@@ -343,20 +343,14 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
     }
     const standing_want_t want = {periods_of(BLOCK, tuning->window), order->current,
                                   ACROSS * order->current + ACROSS_LEAST};
-    switch (standing_step(&step->standing, want, input->seen)) {
-    case STANDING_STEADY:
-        if (step->phase == (int32_t)SWING_REST) {
-            return judge(step, input, results, order);
-        }
-        step->rest[0] = rest_of(step, results, order->axis);
-        jump(step, input, (ab_t){0.0f, 0.0f}, order);
-        break;
-    case STANDING_SWINGS:
-        return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
-    case STANDING_NEVER:
-        return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
-    case STANDING_NOT_YET:
-        break;
+    const standing_state_t state = standing_step(&step->standing, want, input->seen);
+    if (state != STANDING_STEADY) {
+        return standing_verdict(state);
     }
+    if (step->phase == (int32_t)SWING_REST) {
+        return judge(step, input, results, order);
+    }
+    step->rest[0] = rest_of(step, results, order->axis);
+    jump(step, input, (ab_t){0.0f, 0.0f}, order);
     return commission_goes_on();
 }

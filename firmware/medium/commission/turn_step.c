@@ -55,19 +55,13 @@ commission_verdict_t turn_step(turn_step_t *step, const commission_tuning_t *tun
         return commission_goes_on();
     }
     const standing_want_t want = {periods_of(SETTLE, tuning->window), order->current, LAG * order->current};
-    switch (standing_step(&step->standing, want, input->seen)) {
-    case STANDING_STEADY:
-        if (step->phase == (int32_t)TURN_STILL) {
-            return commission_finished();
-        }
-        step->phase = (int32_t)TURN_TURNS;
-        break;
-    case STANDING_SWINGS:
-        return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
-    case STANDING_NEVER:
-        return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
-    case STANDING_NOT_YET:
-        break;
+    const standing_state_t state = standing_step(&step->standing, want, input->seen);
+    if (state != STANDING_STEADY) {
+        return standing_verdict(state);
     }
+    if (step->phase == (int32_t)TURN_STILL) {
+        return commission_finished();
+    }
+    step->phase = (int32_t)TURN_TURNS;
     return commission_goes_on();
 }

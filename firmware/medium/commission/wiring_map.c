@@ -21,6 +21,14 @@
 #define SALIENCY_SCORE 0.3f
 #define SALIENCY_SLOPE 2.0f
 
+rotation_t wiring_direction(uint32_t direction)
+{
+    static const rotation_t units[WIRING_DIRECTIONS] = {
+        {0.0f, 1.0f},  {FRAMES_HALF_OF_SQRT_3, 0.5f},   {FRAMES_HALF_OF_SQRT_3, -0.5f},
+        {0.0f, -1.0f}, {-FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, 0.5f}};
+    return units[direction];
+}
+
 void wiring_matrix_add(wiring_matrix_t *matrix, ab_t answer, rotation_t direction)
 {
     const float share = FRAMES_ONE_THIRD;
@@ -43,13 +51,15 @@ float wiring_rank(const wiring_matrix_t *matrix)
     return all > 0.0f ? 2.0f * bounds_magnitude(det) / all : 0.0f;
 }
 
-static const rotation_t axes[LEGS] = {
-    {0.0f, 1.0f}, {FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, -0.5f}};
+static rotation_t axis_of(int32_t phase)
+{
+    return wiring_direction(2u * (uint32_t)phase);
+}
 
 /* Square of the answer of all phases to a unit voltage along the axis of one of them. */
 static float answer_to(const wiring_matrix_t *matrix, int32_t phase)
 {
-    const rotation_t axis = axes[phase];
+    const rotation_t axis = axis_of(phase);
     return length_square((ab_t){axis.cos * matrix->of_alpha.alpha + axis.sin * matrix->of_beta.alpha,
                                 axis.cos * matrix->of_alpha.beta + axis.sin * matrix->of_beta.beta});
 }
@@ -57,7 +67,7 @@ static float answer_to(const wiring_matrix_t *matrix, int32_t phase)
 /* Square of the answer of one phase to unit voltages along alpha and beta. */
 static float answer_of(const wiring_matrix_t *matrix, int32_t phase)
 {
-    const rotation_t axis = axes[phase];
+    const rotation_t axis = axis_of(phase);
     return length_square((ab_t){axis.cos * matrix->of_alpha.alpha + axis.sin * matrix->of_alpha.beta,
                                 axis.cos * matrix->of_beta.alpha + axis.sin * matrix->of_beta.beta});
 }

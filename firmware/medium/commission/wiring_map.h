@@ -25,6 +25,12 @@ typedef struct {
     int32_t sign_a, sign_b; /* [-] 1 or -1 */
 } wiring_map_t;
 
+#define WIRING_DIRECTIONS 6u
+
+/* The unit vector of a direction of the pulses, in steps of 60 degrees: an even one is along the axis of a
+ * phase. */
+rotation_t wiring_direction(uint32_t direction);
+
 /* Adds the answer [A] to a pulse along this unit vector. */
 void wiring_matrix_add(wiring_matrix_t *matrix, ab_t answer, rotation_t direction);
 

@@ -24,14 +24,6 @@
 #define RANK_LEAST 0.15f
 #define TURNS_FROM 0.08f /* sum of the answers over the sum of their lengths [-] */
 
-static rotation_t unit(uint32_t direction)
-{
-    static const rotation_t units[WIRING_DIRECTIONS] = {
-        {0.0f, 1.0f},  {FRAMES_HALF_OF_SQRT_3, 0.5f},   {FRAMES_HALF_OF_SQRT_3, -0.5f},
-        {0.0f, -1.0f}, {-FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, 0.5f}};
-    return units[direction];
-}
-
 void wiring_step_begin(wiring_step_t *step)
 {
     *step = (wiring_step_t){.phase = (int32_t)WIRING_ZERO, .periods = 1u};
@@ -45,7 +37,7 @@ static void fire(wiring_step_t *step, const commission_tuning_t *tuning, uint32_
     step->windows = 0u;
     order->kind = (int32_t)EXCITE_PULSE;
     order->serial++;
-    order->axis = unit(direction);
+    order->axis = wiring_direction(direction);
     order->voltage = step->phase == (int32_t)WIRING_COMPARE ? LESS * step->voltage : step->voltage;
     order->periods = step->periods;
     order->current_max = PULSE_MOST * tuning->current_max;
@@ -144,11 +136,11 @@ static commission_verdict_t search(wiring_step_t *step, const commission_tuning_
 /* The answer to a pulse of the matrix. */
 static void add(wiring_step_t *step, const commission_tuning_t *tuning, ab_t response, excite_order_t *order)
 {
-    wiring_matrix_add(&step->matrix, response, unit(step->direction));
+    wiring_matrix_add(&step->matrix, response, wiring_direction(step->direction));
     step->sum.alpha += response.alpha;
     step->sum.beta += response.beta;
     step->lengths += length(response);
-    step->along[step->direction] = frames_park(response, unit(step->direction)).d;
+    step->along[step->direction] = frames_park(response, wiring_direction(step->direction)).d;
     if (step->direction + 1u < WIRING_DIRECTIONS) {
         fire(step, tuning, step->direction + 1u, order);
     } else {
@@ -161,7 +153,7 @@ static void add(wiring_step_t *step, const commission_tuning_t *tuning, ab_t res
 static commission_verdict_t compare(wiring_step_t *step, const commission_tuning_t *tuning,
                                     const commission_input_t *input, excite_order_t *order)
 {
-    const float along = frames_park(input->seen->response, unit(step->direction)).d;
+    const float along = frames_park(input->seen->response, wiring_direction(step->direction)).d;
     const float rise = step->along[step->direction] - along;
     const float flux = (1.0f - LESS) * step->voltage * (float)step->periods * tuning->period;
     step->inductances += rise > 0.0f ? flux / rise : 0.0f;

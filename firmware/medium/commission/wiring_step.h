@@ -14,8 +14,6 @@
 #include "medium/commission/commission_types.h"
 #include "medium/commission/wiring_map.h"
 
-#define WIRING_DIRECTIONS 6u
-
 typedef enum { WIRING_ZERO, WIRING_SEARCH, WIRING_MATRIX, WIRING_COMPARE, WIRING_MAP } wiring_phase_t;
 
 typedef struct {

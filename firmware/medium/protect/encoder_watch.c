@@ -41,7 +41,7 @@
 #define OFF_BESIDE 0.5f /* [-] */
 
 /* [-] of psi_f/T_j: the most of a wrong psi_f omega in the mean difference. It turns with the rotor, by
- * x = omega T_j per window, and in the mean only 1/sqrt(1 + 12 x^2) of it is left: MUCH_BESIDE/sqrt(12). */
+ * x = omega T_j per window, and the mean keeps the share 1/sqrt(1 + 12 x^2): MUCH_BESIDE/sqrt(12). */
 #define OFF_TURNING 0.0866f
 
 /* [windows] on one axis, minus ALONG_MISSED for each window off it, after which a wire is the cause: a rotor

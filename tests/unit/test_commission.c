@@ -88,7 +88,8 @@ static excite_order_t hold_order(double inductance)
                             .axis = {0.8f, 0.6f},
                             .current = 4.0f,
                             .slew = 0.02f,
-                            .kp = (float)(300.0 * inductance),
+                            .inductance = (float)inductance,
+                            .across_from = 1e3f,
                             .ki = (float)(300.0 * 60.0 * inductance * PERIOD),
                             .voltage_max = 100.0f,
                             .across = (float)(30.0 * inductance)};

@@ -60,7 +60,7 @@ static dq_t hold(excite_t *excite, const excite_order_t *order, dq_t current)
     excite->reference += step;
     excite->seen.done = bounds_within(order->current - excite->reference, order->slew) ? 1u : 0u;
     const float error = excite->reference - current.d;
-    const float wanted = order->kp * error + excite->integral;
+    const float wanted = EXCITE_BANDWIDTH * order->inductance * error + excite->integral;
     const float along = bounds_clamp(wanted, order->voltage_max);
     if (bounds_within(wanted, order->voltage_max)) {
         excite->integral += order->ki * error;
@@ -69,9 +69,9 @@ static dq_t hold(excite_t *excite, const excite_order_t *order, dq_t current)
     /* |i|/most - 1, from the squares */
     const float squares = current.d * current.d + current.q * current.q;
     const float excess = bounds_more(bounds_less(0.5f * (squares * order->most_inverse - 1.0f), 1.0f), 0.0f);
-    const float brake = order->most_hard * excess;
+    const float brake = EXCITE_MOST_HARD * order->inductance * excess;
     return (dq_t){along - brake * current.d,
-                  -(order->across + brake) * current.q - order->across_hard * beyond};
+                  -(order->across + brake) * current.q - EXCITE_ACROSS_HARD * order->inductance * beyond};
 }
 
 static void accumulate(dq_t *sum, float share, dq_t value)
@@ -137,7 +137,8 @@ dq_t excite_loop(excite_t *excite, const excite_order_t *order, dq_t current)
         excite->reference = excite->reference < order->current ? high : order->current - order->step;
     }
     const float beyond = current.q - bounds_clamp(current.q, order->across_from);
-    return (dq_t){excite->reference, -order->across * current.q - order->across_hard * beyond};
+    return (dq_t){excite->reference,
+                  -order->across * current.q - EXCITE_ACROSS_HARD * order->inductance * beyond};
 }
 
 void excite_close(excite_t *excite, excite_seen_t *seen)

@@ -33,6 +33,11 @@
 #define EXCITE_STILL         0.06f
 #define EXCITE_STILL_PERIODS 10u
 
+/* Gains over the inductance [rad/s]. */
+#define EXCITE_BANDWIDTH   300.0f  /* of the control along the axis */
+#define EXCITE_ACROSS_HARD 450.0f  /* of the additional resistance across the axis above across_from */
+#define EXCITE_MOST_HARD   2500.0f /* of the resistance for the part of the current that is too long */
+
 /* Up to this period after a step of the loop's reference its sums are taken [periods]. */
 #define EXCITE_FITTED 24u
 
@@ -53,14 +58,12 @@ typedef struct {
     float current;      /* along the axis [A] */
     float step;         /* of the reference to either side of it, loop [A] */
     float slew;         /* largest change of the current reference per period [A] */
-    float kp;           /* of the control along the axis [V/A] */
-    float ki;           /* the same, of the integral per period [V/A] */
+    float inductance;   /* L, from which the gains follow [H] */
+    float ki;           /* of the integral of the control along the axis, per period [V/A] */
     float voltage_max;  /* of the control along the axis [V] */
     float across;       /* resistance across the axis [V/A] */
-    float across_hard;  /* additional resistance for the current above across_from [V/A] */
-    float across_from;  /* [A] */
+    float across_from;  /* current across the axis above which the resistance is larger [A] */
     float most_inverse; /* 1 over the square of the length above which the whole current is reduced [1/A^2] */
-    float most_hard;    /* resistance for the part above this length [V/A] */
     float turn;         /* phase of the sine per period [rad], 0 to pi */
     uint32_t sine_across; /* [-] 1: the sine acts across the axis; 0: along it */
 } excite_order_t;

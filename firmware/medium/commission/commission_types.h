@@ -119,8 +119,20 @@ typedef struct {
     float edge_delay;   /* mean delay of the two edges of a leg after their commands [s] */
 } commission_tuning_t;
 
+/* A measured point of a step, for its picture:
+ *
+ *     resistance   current along the axis [A], voltage along it [V]
+ *     inductance   amplitude of the current along d, or minus that along q [A], L [H]
+ *     swing        number of the jump [-], psi_f [Wb]
+ *     flux         electrical speed [rad/s], EMF [V]
+ *     inertia      torque [N m], acceleration [rad/s^2] */
+typedef struct {
+    float x, y;
+} commission_point_t;
+
 /* The results; 0: not measured yet. */
 typedef struct {
+    commission_point_t point; /* the newest one */
     float noise;              /* largest standard deviation of a current sensor [A] */
     float inductance_pulse;   /* first value of L, by the pulses [H] */
     float resistance;         /* winding and devices [ohm] */

@@ -32,10 +32,11 @@ void resistance_step_begin(resistance_step_t *step)
 }
 
 /* Adds the mean of a level to the line of this direction. */
-static void add(resistance_step_t *step)
+static void add(resistance_step_t *step, commission_results_t *results)
 {
     const dq_t voltage = commission_mean_of(&step->mean, step->mean.voltage);
     const dq_t current = commission_mean_of(&step->mean, step->mean.current);
+    results->point = (commission_point_t){current.d, voltage.d};
     if (step->level == 0u) {
         step->first = (dq_t){current.d, voltage.d};
     }
@@ -93,7 +94,7 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
     step->y = 0.0f;
     step->xx = 0.0f;
     step->xy = 0.0f;
-    add(step);
+    add(step, results);
     step->level = 1u;
     return commission_goes_on();
 }
@@ -204,12 +205,14 @@ static commission_verdict_t descend(resistance_step_t *step, const commission_tu
     if (!is_averaged(step, tuning, input)) {
         return commission_goes_on();
     }
+    const dq_t voltage = commission_mean_of(&step->mean, step->mean.voltage);
+    const dq_t current = commission_mean_of(&step->mean, step->mean.current);
+    results->point = (commission_point_t){current.d, voltage.d};
     step->level++;
     if (step->level < ZONE_COUNT) {
         return commission_goes_on();
     }
-    results->current_zone = zone_of(results, commission_mean_of(&step->mean, step->mean.current),
-                                    commission_mean_of(&step->mean, step->mean.voltage));
+    results->current_zone = zone_of(results, current, voltage);
     return commission_finished();
 }
 
@@ -222,7 +225,7 @@ static commission_verdict_t climb(resistance_step_t *step, const commission_tuni
     if (!is_averaged(step, tuning, input)) {
         return commission_goes_on();
     }
-    add(step);
+    add(step, results);
     step->level++;
     if (step->level < LEVEL_COUNT) {
         return commission_goes_on();

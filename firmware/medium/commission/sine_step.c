@@ -328,6 +328,8 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
     }
     step->value[step->run] = inductance;
     step->swing[step->run] = amplitude_seen(step, tuning);
+    results->point = (commission_point_t){
+        runs[step->run].across ? -step->swing[step->run] : step->swing[step->run], inductance};
     step->beside[step->run] = beside_of(step);
     const bool leaves = !runs[step->run].probe &&
                         length_square(step->across) > CROSS_MOST * CROSS_MOST * length_square(step->along);

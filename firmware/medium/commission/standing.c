@@ -2,16 +2,13 @@
 
 #include "math/bounds.h"
 
-#define BANDWIDTH   300.0f  /* [rad/s] of the control along the axis */
-#define CORNER      60.0f   /* [rad/s] of its integral, until R is known */
-#define CORNER_MOST 15.0f   /* [rad/s] least R/L that the integral follows */
-#define ACROSS      30.0f   /* [rad/s] of the resistance across the axis, over L */
-#define ACROSS_HARD 450.0f  /* [rad/s] the same above ACROSS_FROM */
-#define ACROSS_FROM 0.4f    /* of the held current [-] */
-#define MOST        1.1f    /* length of the current over the largest, from which it is braked [-] */
-#define MOST_HARD   2500.0f /* [rad/s] of the resistance that brakes it, over L */
-#define VOLTAGE     0.55f   /* of the DC link [-] */
-#define SLEW        0.02f   /* [s] from zero to the largest current */
+#define CORNER      60.0f /* [rad/s] of its integral, until R is known */
+#define CORNER_MOST 15.0f /* [rad/s] least R/L that the integral follows */
+#define ACROSS      30.0f /* [rad/s] of the resistance across the axis, over L */
+#define ACROSS_FROM 0.4f  /* of the held current [-] */
+#define MOST        1.1f  /* length of the current over the largest, from which it is braked [-] */
+#define VOLTAGE     0.55f /* of the DC link [-] */
+#define SLEW        0.02f /* [s] from zero to the largest current */
 
 #define TURN      4.19f /* [rad/s] 60 degrees in 0.25 s */
 #define TURN_LAG  0.3f  /* current across over that along, above which the turn is slower [-] */
@@ -28,14 +25,12 @@ void standing_gains(float u_dc, const commission_tuning_t *tuning, const commiss
     const float slowest = CORNER_MOST * inductance;
     const float known = results->resistance > 0.0f ? bounds_more(results->resistance, slowest) : 0.0f;
     const float corner = known > 0.0f ? known : CORNER * inductance;
-    order->kp = BANDWIDTH * inductance;
-    order->ki = BANDWIDTH * corner * tuning->period;
+    order->inductance = inductance;
+    order->ki = EXCITE_BANDWIDTH * corner * tuning->period;
     order->across = ACROSS * inductance;
-    order->across_hard = ACROSS_HARD * inductance;
     order->across_from = ACROSS_FROM * bounds_less(tuning->current_hold, tuning->current_max);
     const float most = MOST * tuning->current_max;
     order->most_inverse = 1.0f / (most * most);
-    order->most_hard = MOST_HARD * inductance;
     order->voltage_max = VOLTAGE * u_dc;
     order->slew = tuning->current_max * tuning->period * (1.0f / SLEW);
 }

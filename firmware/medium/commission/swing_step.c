@@ -274,6 +274,7 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
     const float psi = root_or_none(centre.alpha * centre.alpha + centre.beta * centre.beta);
     const ab_t now = {end.alpha - centre.alpha, end.beta - centre.beta};
     const ab_t before = begins_at(results, order->axis, now, psi);
+    results->point = (commission_point_t){(float)step->jump, psi};
     if (step->jump > 0u) {
         /* the first circle gives only a first value: for the others the direction of the rotor is known */
         step->flux_sum += step->jump > 1u ? psi : 0.0f;

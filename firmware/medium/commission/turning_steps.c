@@ -192,6 +192,7 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
     if (!(psi > 0.0f)) {
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
+    results->point = (commission_point_t){share * mean->speed, share * mean->speed * psi};
     results->flux_linkage = psi;
     results->flux_scatter = root_or_none(share * mean->square - volts * volts) / (share * mean->speed * psi);
     return commission_finished();
@@ -228,7 +229,7 @@ static uint32_t length_of(const torque_test_t *step)
 }
 
 /* The end of a slice: speed and acceleration from the parabola, mechanical. */
-static void close(torque_test_t *step, const commission_tuning_t *tuning)
+static void close(torque_test_t *step, const commission_tuning_t *tuning, commission_results_t *results)
 {
     turning_slice_t *part = &step->slice;
     const float n = (float)length_of(step);
@@ -237,9 +238,11 @@ static void close(torque_test_t *step, const commission_tuning_t *tuning)
     const float per_time = 1.0f / tuning->window;
     /* the variance of the acceleration is the inverse of `of_square`, until other errors prevail */
     const float weight = root_or_none(bounds_less(of_square, WEIGHT_MOST));
-    add_row(step, &step->fit, weight,
-            (turning_point_t){part->torque / n, part->linear * per_time / (of_linear * tuning->pole_pairs),
-                              2.0f * part->square * per_time * per_time / (of_square * tuning->pole_pairs)});
+    const turning_point_t point = {
+        part->torque / n, part->linear * per_time / (of_linear * tuning->pole_pairs),
+        2.0f * part->square * per_time * per_time / (of_square * tuning->pole_pairs)};
+    results->point = (commission_point_t){point.torque, point.acceleration};
+    add_row(step, &step->fit, weight, point);
     part->windows = 0u;
     part->turned = 0.0f;
     part->linear = 0.0f;
@@ -249,7 +252,7 @@ static void close(torque_test_t *step, const commission_tuning_t *tuning)
 
 /* A window of a slice, with the angle of the EMF, which has no lag of the loop. */
 static void slice(torque_test_t *step, const commission_tuning_t *tuning, const turning_input_t *input,
-                  float psi)
+                  commission_results_t *results, float psi)
 {
     turning_slice_t *part = &step->slice;
     const float angle = angle_wrap(input->theta_e + trig_atan2(-input->emf.d, input->emf.q));
@@ -269,7 +272,7 @@ static void slice(torque_test_t *step, const commission_tuning_t *tuning, const 
     part->torque += PARABOLA * bell * bell * torque_of(tuning, input, psi);
     part->windows++;
     if (part->windows == length_of(step)) {
-        close(step, tuning);
+        close(step, tuning, results);
     }
 }
 
@@ -405,7 +408,7 @@ static commission_verdict_t push(torque_test_t *step, const commission_tuning_t 
 {
     const float omega_m = input->omega_e / tuning->pole_pairs;
     const float middle = step->low + COAST_TO * (step->high - step->low);
-    slice(step, tuning, input, psi);
+    slice(step, tuning, input, results, psi);
     step->windows++;
     if (step->phase == (int32_t)TORQUE_UP) {
         if (step->windows > periods_of(PUSH_WAIT, tuning->window)) {

@@ -6,6 +6,7 @@ add_library(lagless_cli OBJECT
     cli/board.c
     cli/campaign.c
     cli/commission.c
+    cli/commission_page.c
     cli/commission_talk.c
     cli/connect.c
     cli/connect_edit.c

@@ -9,9 +9,11 @@
 
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
+#include "host_sim/cli/commission_page.h"
 #include "host_sim/cli/commission_talk.h"
 #include "host_sim/cli/library.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/cli/plot.h"
 #include "host_sim/lab/commission.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/line/master.h"
@@ -22,7 +24,9 @@
 typedef struct {
     arguments_scenario_t of;
     const char *plate, *steps, *file;
-    uint32_t key; /* of the line; 0: none */
+    const char *plot;   /* formats of the pictures; NULL: none */
+    const char *folder; /* of the pictures; NULL: a new one */
+    uint32_t key;       /* of the line; 0: none */
     bool json, yes, resume, save;
     commission_answers_t answers;
 } options_t;
@@ -57,6 +61,12 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case SAVE_KEY:
         options->save = true;
+        return 0;
+    case 'P':
+        options->plot = argument != NULL ? argument : "html";
+        return 0;
+    case 'o':
+        options->folder = argument;
         return 0;
     case 'y':
         options->yes = true;
@@ -199,7 +209,7 @@ static void print_end(const options_t *options, const commission_result_t *resul
                       const commission_sheet_t *sheet)
 {
     if (options->json) {
-        commission_print_json(result);
+        commission_print_json(stdout, result);
         return;
     }
     commission_print_sheet(result, sheet);
@@ -242,6 +252,10 @@ static int run(options_t *options, const scenario_t *scenario, machine_t *machin
         return EXIT_USAGE;
     }
     print_end(options, &result, &sheet);
+    const commission_page_t page = {scenario != NULL ? scenario->title : options->of.scenario, &plate, &sheet,
+                                    &result};
+    const int drawn =
+        options->plot != NULL ? commission_page_draw(&page, options->folder, options->plot) : EXIT_DONE;
     const bool failed = result.reason[0] != '\0';
     if (options->file != NULL &&
         !write_motor(options->file, scenario != NULL ? scenario->path : options->of.scenario, &plate,
@@ -261,7 +275,7 @@ static int run(options_t *options, const scenario_t *scenario, machine_t *machin
     if (options->save && !failed && !save(machine)) {
         return EXIT_INTERNAL;
     }
-    return failed ? EXIT_FAILED : EXIT_DONE;
+    return failed ? EXIT_FAILED : drawn;
 }
 
 int command_commission(int argc, char **argv)
@@ -291,6 +305,11 @@ int command_commission(int argc, char **argv)
         {"save", SAVE_KEY, NULL, 0, "save the resulting parameters in the flash of a drive on a serial link",
          0},
         ARGUMENTS_KEY,
+        {"plot", 'P', "FORMATS", OPTION_ARG_OPTIONAL,
+         "draw the measured points: html (default, a page with all values), png, svg, separated by commas; "
+         "without --out into a new folder below runs",
+         0},
+        {"out", 'o', "FOLDER", 0, "folder of the pictures of --plot", 0},
         {"write", 'w', "FILE", 0, "write the measured motor, for [motor] and for `lagless tune`", 0},
         ARGUMENTS_FORCE,
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
@@ -311,7 +330,12 @@ int command_commission(int argc, char **argv)
     if (!arguments_parse(&argp, argc, argv, &options)) {
         return EXIT_USAGE;
     }
-    if (options.file != NULL && !output_allowed(options.file)) {
+    if ((options.file != NULL && !output_allowed(options.file)) ||
+        (options.plot != NULL && !plot_formats("commission", options.plot))) {
+        return EXIT_USAGE;
+    }
+    if (options.folder != NULL && options.plot == NULL) {
+        fprintf(stderr, "lagless commission: --out: the folder of the pictures: accepted with --plot\n");
         return EXIT_USAGE;
     }
     const bool target = is_target(options.of.scenario);
@@ -323,6 +347,10 @@ int command_commission(int argc, char **argv)
     }
     scenario_t *scenario = target ? NULL : library_read("commission", &options.of);
     if (!target && scenario == NULL) {
+        return EXIT_USAGE;
+    }
+    if (options.plot != NULL && !commission_page_folder(&options.folder, options.plot)) {
+        scenario_free(scenario);
         return EXIT_USAGE;
     }
     machine_t machine = {.rig = NULL};

@@ -174,42 +174,74 @@ static void progress(void *context, commission_do_t step, bool done, const commi
     }
 }
 
-void commission_print_json(const commission_result_t *result)
+/* The measured points of each step, "NAME": [[x, y], ...]. */
+static void print_points(FILE *file, const commission_result_t *result)
+{
+    uint32_t step = COMMISSION_STEP_COUNT; /* of the point before */
+    fprintf(file, "{");
+    for (uint32_t n = 0; n < result->points_count; n++) {
+        const commission_measured_t *point = &result->points[n];
+        if (point->step != step) {
+            fprintf(file, "%s\"%s\": [", n > 0u ? "], " : "",
+                    commission_step_name((commission_do_t)point->step));
+        }
+        fprintf(file, "%s[", point->step == step ? ", " : "");
+        json_number(file, point->x);
+        fprintf(file, ", ");
+        json_number(file, point->y);
+        fprintf(file, "]");
+        step = point->step;
+    }
+    fprintf(file, "%s}", result->points_count > 0u ? "]" : "");
+}
+
+void commission_print_json(FILE *file, const commission_result_t *result)
 {
     const struct {
         const char *name;
-        double value;
-    } rows[] = {
-        {"resistance", result->resistance.value},
-        {"inductance_d", result->inductance_d.value},
-        {"inductance_q", result->inductance_q.value},
-        {"saturation_current", result->saturation_current.value},
-        {"flux_linkage", result->flux_linkage.value},
-        {"inertia", result->inertia.value},
-        {"friction_coulomb", result->friction_coulomb.value},
-        {"friction_viscous", result->friction_viscous.value},
-        {"dead_voltage", result->dead_voltage.value},
-        {"current_zone", result->current_zone.value},
-        {"angle_d", result->angle_d},
-        {"loop_gain", result->loop_gain},
-        {"least_speed", result->least_speed},
-        {"turns", result->turns},
+        commission_value_t value;
+    } values[] = {
+        {"resistance", result->resistance},
+        {"inductance_d", result->inductance_d},
+        {"inductance_q", result->inductance_q},
+        {"saturation_current", result->saturation_current},
+        {"flux_linkage", result->flux_linkage},
+        {"inertia", result->inertia},
+        {"friction_coulomb", result->friction_coulomb},
+        {"friction_viscous", result->friction_viscous},
+        {"dead_voltage", result->dead_voltage},
+        {"current_zone", result->current_zone},
     };
-    printf("{");
-    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
-        printf("\"%s\": ", rows[n].name);
-        json_number(stdout, rows[n].value);
-        printf(", ");
+    const struct {
+        const char *name;
+        double value;
+    } others[] = {
+        {"angle_d", result->angle_d},           {"loop_gain", result->loop_gain},
+        {"least_speed", result->least_speed},   {"turns", result->turns},
+        {"seconds", result->seconds},           {"largest_current", result->largest_current},
+        {"largest_heat", result->largest_heat},
+    };
+    fprintf(file, "{");
+    for (size_t n = 0; n < sizeof values / sizeof values[0]; n++) {
+        fprintf(file, "\"%s\": ", values[n].name);
+        json_number(file, values[n].value.value);
+        fprintf(file, ", ");
     }
-    printf("\"reason\": ");
-    json_text(stdout, result->reason[0] != '\0' ? result->reason : NULL);
-    printf(", \"seconds\": ");
-    json_number(stdout, result->seconds);
-    printf(", \"largest_current\": ");
-    json_number(stdout, result->largest_current);
-    printf(", \"largest_heat\": ");
-    json_number(stdout, result->largest_heat);
-    printf("}\n");
+    for (size_t n = 0; n < sizeof others / sizeof others[0]; n++) {
+        fprintf(file, "\"%s\": ", others[n].name);
+        json_number(file, others[n].value);
+        fprintf(file, ", ");
+    }
+    fprintf(file, "\"reason\": ");
+    json_text(file, result->reason[0] != '\0' ? result->reason : NULL);
+    fprintf(file, ", \"uncertainty\": {");
+    for (size_t n = 0; n < sizeof values / sizeof values[0]; n++) {
+        fprintf(file, "%s\"%s\": ", n > 0u ? ", " : "", values[n].name);
+        json_number(file, values[n].value.error);
+    }
+    fprintf(file, "}, \"points\": ");
+    print_points(file, result);
+    fprintf(file, "}\n");
 }
 
 /* ---- questions ---- */

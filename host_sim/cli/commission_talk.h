@@ -3,6 +3,7 @@
 #define HOST_SIM_CLI_COMMISSION_TALK_H
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <termios.h>
 
 #include "host_sim/lab/commission.h"
@@ -34,7 +35,8 @@ bool commission_talk_answer(commission_answers_t *answers, const char *text);
 void commission_talk_begin(commission_talk_t *talk, commission_options_t *steps);
 void commission_talk_end(commission_talk_t *talk);
 
-void commission_print_json(const commission_result_t *result);
+/* The result as one JSON object. */
+void commission_print_json(FILE *file, const commission_result_t *result);
 
 /* The measured values and those of the plate's file (NAN: none), in the order of the results. */
 typedef struct {

@@ -72,6 +72,15 @@ typedef struct {
     double value, error;
 } commission_value_t;
 
+/* A measured point of a step. The quantities of x and y are those of the signals commission_point_x and
+ * commission_point_y. */
+typedef struct {
+    uint32_t step; /* commission_do_t */
+    double x, y;
+} commission_measured_t;
+
+#define COMMISSION_POINTS 1000u /* [-] points that a result can have; later ones are left out */
+
 typedef struct {
     commission_value_t resistance;         /* of a phase, without the devices [ohm] */
     commission_value_t inductance_d;       /* [H] */
@@ -97,6 +106,9 @@ typedef struct {
     double largest_current;                     /* of a phase; over a line: of the vector [A] */
     double largest_heat; /* copper loss, averaged by the motor's time constant, over that of the rated current
                             [-] */
+    uint32_t points_count;
+    commission_measured_t
+        points[COMMISSION_POINTS]; /* in the order of their measurement; of the last try of a step */
 } commission_result_t;
 
 typedef struct {

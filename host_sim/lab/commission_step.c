@@ -130,8 +130,41 @@ bool commission_is_stopped(commission_work_t *work, commission_do_t step)
 
 /* ---- a step ---- */
 
-/* Waits for the end of the step, or of its time. */
-static void wait_for_end(commission_work_t *work, commission_do_t step)
+/* The newest point that the drive has measured. */
+static commission_measured_t point_of(commission_work_t *work, commission_do_t step)
+{
+    commission_measured_t point = {.step = (uint32_t)step};
+    point.x = commission_value(work, "commission_point_x");
+    point.y = commission_value(work, "commission_point_y");
+    return point;
+}
+
+/* Adds the newest point to the result if it differs from the last one. A drive on a line can measure another
+ * point between the two readings: then the next look adds it. */
+static void take_point(commission_work_t *work, commission_measured_t *last)
+{
+    commission_result_t *result = work->result;
+    const commission_measured_t point = point_of(work, (commission_do_t)last->step);
+    if (work->lost || (point.x == last->x && point.y == last->y) ||
+        commission_value(work, "commission_point_x") != point.x) {
+        return;
+    }
+    *last = point;
+    if (result->points_count < COMMISSION_POINTS) {
+        result->points[result->points_count++] = point;
+    }
+}
+
+/* Removes the points of an earlier try, which are the last ones of the result. */
+static void forget_points(commission_result_t *result, commission_do_t step)
+{
+    while (result->points_count > 0u && result->points[result->points_count - 1u].step == (uint32_t)step) {
+        result->points_count--;
+    }
+}
+
+/* Waits for the end of the step, or of its time. `last`: the newest point before the step. */
+static void wait_for_end(commission_work_t *work, commission_do_t step, commission_measured_t last)
 {
     const double done = commission_choice("commission_state", "done");
     const double failed = commission_choice("commission_state", "failed");
@@ -141,6 +174,7 @@ static void wait_for_end(commission_work_t *work, commission_do_t step)
     while (!work->lost && seconds(work) - begin < most && !commission_is_stopped(work, step)) {
         const double state = commission_value(work, "commission_state");
         const double heat = commission_value(work, "motor_heat");
+        take_point(work, &last);
         work->result->largest_heat = fmax(work->result->largest_heat, work->lost ? 0.0 : heat);
         if (state == done || state == failed || commission_value(work, "state") == fault ||
             (seconds(work) - begin > WAIT_ON && commission_value(work, "refusal") != 0.0)) {
@@ -183,6 +217,8 @@ static void name_end(commission_work_t *work)
 bool commission_run_step(commission_work_t *work, commission_do_t step)
 {
     const bool turns = step >= COMMISSION_DO_flux;
+    const commission_measured_t last = point_of(work, step);
+    forget_points(work->result, step);
     const bool begun =
         commission_wait_for(work, "state", commission_choice("state", "ready"), WAIT_READY) &&
         commission_put(work, "speed_request", turns ? commission_speed(work, step) : 0.0) &&
@@ -190,7 +226,7 @@ bool commission_run_step(commission_work_t *work, commission_do_t step)
         (step == COMMISSION_DO_board || commission_put(work, "enable", 1.0));
     commission_wait(work, LOOK);
     if (begun) {
-        wait_for_end(work, step);
+        wait_for_end(work, step, last);
     }
     name_end(work);
     if (work->drive->largest == NULL) {

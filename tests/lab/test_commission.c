@@ -52,6 +52,49 @@ static void run(rig_t *rig, const machine_t *m, const commission_options_t *opti
     TEST_ASSERT_TRUE_MESSAGE(commission_rig(rig, &plate, options, result, &error), error.message);
 }
 
+/* Slope of the least-squares line through the points of a step from this x on. */
+static double slope_of(const commission_result_t *result, commission_do_t step, double from)
+{
+    double n = 0.0;
+    double x = 0.0;
+    double y = 0.0;
+    double xx = 0.0;
+    double xy = 0.0;
+    for (uint32_t k = 0u; k < result->points_count; k++) {
+        const commission_measured_t *point = &result->points[k];
+        if (point->step == (uint32_t)step && point->x >= from) {
+            n += 1.0;
+            x += point->x;
+            y += point->y;
+            xx += point->x * point->x;
+            xy += point->x * point->y;
+        }
+    }
+    return (n * xy - x * y) / (n * xx - x * x);
+}
+
+static double largest_x(const commission_result_t *result, commission_do_t step)
+{
+    double most = 0.0;
+    for (uint32_t k = 0u; k < result->points_count; k++) {
+        const commission_measured_t *point = &result->points[k];
+        most = point->step == (uint32_t)step ? fmax(most, point->x) : most;
+    }
+    return most;
+}
+
+/* The voltage over the current has the slope R, with the resistance of the devices, and the acceleration over
+ * the torque has the slope 1/J: the pictures of these points show where the results come from. */
+static void expect_slopes(rig_t *rig, const machine_t *m, const commission_result_t *result)
+{
+    const double path = m->resistance + rig_value(rig, "device_resistance");
+    const double third = largest_x(result, COMMISSION_DO_resistance) / 3.0;
+    TEST_ASSERT_DOUBLE_WITHIN(fmax(0.02 * m->resistance, 0.01), path,
+                              slope_of(result, COMMISSION_DO_resistance, third));
+    TEST_ASSERT_DOUBLE_WITHIN(0.04 / m->inertia, 1.0 / m->inertia,
+                              slope_of(result, COMMISSION_DO_inertia, -HUGE_VAL));
+}
+
 /* The limits of the errors are: R 2 % or 10 mohm, L_d 1.5 %, L_q 3 %, psi_f 1 % and 0.7 V of its EMF, J 4
  * %. The limit of the friction at half the rated speed is 1.5 % of the rated torque. The current stays
  * below 1.25 of twice the rated current plus half the ripple. */
@@ -81,6 +124,7 @@ static void test_unknown_motors_are_measured_within_the_limits(void)
         TEST_ASSERT_DOUBLE_WITHIN(0.05, 1.0, result.loop_gain);
         TEST_ASSERT_TRUE(result.least_speed > 0.0 && result.least_speed < m->speed);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "enable"));
+        expect_slopes(rig, m, &result);
         rig_free(rig);
     }
 }

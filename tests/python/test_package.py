@@ -173,6 +173,9 @@ class Commissioning(unittest.TestCase):
         for name in ("resistance", "inductance_d", "inductance_q", "flux_linkage", "inertia", "friction_coulomb", "dead_voltage"):
             self.assertAlmostEqual(getattr(ours, name).value, theirs[name], delta=1e-6 * abs(theirs[name]), msg=name)
         self.assertEqual((ours.reason, ours.passed, steps[0], steps[-1]), (None, True, ("board", False), ("least_speed", True)))
+        self.assertEqual(["resistance", "inductance", "swing", "flux", "inertia"], list(ours.points))
+        self.assertEqual({step: len(points) for step, points in theirs["points"].items()}, {step: len(points) for step, points in ours.points.items()})
+        self.assertAlmostEqual(theirs["uncertainty"]["inertia"], ours.inertia.error, delta=1e-6 * ours.inertia.error)
         # The true values are those of the plant.
         for name, row, within in (("resistance", "plant.resistance", 0.02), ("inductance_d", "plant.inductance_d", 0.015),
                                   ("inductance_q", "plant.inductance_q", 0.03), ("flux_linkage", "plant.flux_linkage", 0.02)):

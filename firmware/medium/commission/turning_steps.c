@@ -276,8 +276,7 @@ static void slice(torque_test_t *step, const commission_tuning_t *tuning, const 
     }
 }
 
-/* The first push, friction neglected: with the J known so far the speed rises from low to high in PUSH_TIME.
- */
+/* The first push without friction: with the J known so far the speed rises from low to high in PUSH_TIME. */
 static float first_push(const torque_test_t *step, const commission_tuning_t *tuning, float psi)
 {
     const float inertia = step->earlier > 0.0f ? step->earlier : tuning->inertia;
@@ -298,8 +297,7 @@ static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning
 }
 
 /* The remaining voltage error of the dead time turns the EMF, and a part of i_d then counts as torque. true:
- * this part is too large a share of the push.
- */
+ * this part is too large a share of the push. */
 static bool is_turned(const torque_test_t *step, const commission_tuning_t *tuning,
                       const commission_results_t *results, float current_d, float psi)
 {

@@ -37,7 +37,9 @@ class Commissioning:
     for the end, described by text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A];
     largest_heat: copper loss, averaged by the motor's time constant, over that of the rated current;
     angle_d: direction of the d axis of a held rotor, electrical [rad]; loop_gain: of the current loop over its design; least_speed: without an
-    encoder [rad/s]; turns: of the shaft in the step turn, as answered, reversed: it turned backward; NaN: not measured."""
+    encoder [rad/s]; turns: of the shaft in the step turn, as answered, reversed: it turned backward; NaN: not measured.
+    points: for the name of each step that measures points, the list of its points (x, y), from which its values follow. The quantities are
+    those of the signals commission_point_x and commission_point_y."""
 
     def __init__(self, plate, result, steps):
         for name in _MEASURED:
@@ -50,6 +52,9 @@ class Commissioning:
         self.angle_d, self.loop_gain, self.least_speed, self.turns, self.reversed = result.angle_d, result.loop_gain, result.least_speed, result.turns, bool(result.reversed)
         self.seconds, self.largest_current, self.largest_heat = result.seconds, result.largest_current, result.largest_heat
         self.step_seconds = dict(zip(steps, result.step_seconds))
+        self.points = {}
+        for point in result.points[:result.points_count]:
+            self.points.setdefault(steps[point.step], []).append((point.x, point.y))
 
     @property
     def passed(self):

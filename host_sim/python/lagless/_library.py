@@ -51,10 +51,11 @@ Plate = _struct("Plate", pole_pairs=f64, current=f64, speed=f64)
 StepDone = c.CFUNCTYPE(u32, u32, u32)
 Commission = _struct("Commission", seed=u64, plate=Plate, skip=u32, chosen=u32, progress=StepDone, link=f64, direction=f64, turns=f64)
 Value = _struct("Value", value=f64, error=f64)
+MeasuredPoint = _struct("MeasuredPoint", step=u32, x=f64, y=f64)
 Commissioned = _struct("Commissioned", **{name: Value for name in (
     "resistance", "inductance_d", "inductance_q", "saturation_current", "flux_linkage", "inertia", "friction_coulomb", "friction_viscous", "dead_voltage",
     "current_zone")}, flux_first=f64, inertia_first=f64, angle_d=f64, loop_gain=f64, least_speed=f64, turns=f64, reversed=b, step=u32, reason=c.c_char * 48, what=c.c_char * 400,
-    seconds=f64, step_seconds=f64 * 11, largest_current=f64, largest_heat=f64)
+    seconds=f64, step_seconds=f64 * 11, largest_current=f64, largest_heat=f64, points_count=u32, points=MeasuredPoint * 1000)
 
 Board = _struct("Board", name=text, current_range=f64, current_per_code=f64, current_limit=f64, current_trip=f64, undervoltage=f64,
                 overvoltage=f64, overvoltage_max=f64, nominal=f64, clock=f64, period=f64, dead_time=f64, sensors=c.c_int, shunts=b)

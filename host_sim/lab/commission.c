@@ -8,9 +8,14 @@
 #include "host_sim/lab/commission_parts.h"
 #include "host_sim/lab/course.h"
 
-#define WAIT_READY     2.0  /* [s] largest time until the drive is ready */
-#define LINK_ERROR     0.03 /* largest difference from the user's meter: resistors of 1 %, reference, meter */
-#define LINEAR         1e5  /* [A] least saturation current of a q axis without a saturation */
+#define WAIT_READY   2.0  /* [s] largest time until the drive is ready */
+#define LINK_ERROR   0.03 /* largest difference from the user's meter: resistors of 1 %, reference, meter */
+#define GAIN_ERROR   0.01 /* of the current sensors and of the divider of the link, together */
+#define DEVICE_ERROR 0.2  /* of the resistance of the devices by their data sheet */
+#define FRICTION_ERROR                                                                                       \
+    0.005 /* of the friction at the rated speed over the rated torque: offsets, remaining loss of the dead   \
+             time */
+#define LINEAR         1e5    /* [A] least saturation current of a q axis without a saturation */
 #define LOOK           2.5e-3 /* [s] */
 #define OVER_TOP       1.4    /* overspeed_trip over the largest speed of tune */
 #define RANGE_LEAST    150.0  /* [rad/s] electrical: least rated speed for the turning steps */
@@ -82,9 +87,9 @@ static commission_value_t measured(commission_work_t *work, const char *row, dou
                        : (commission_value_t){(double)NAN, (double)NAN};
 }
 
-/* The values that the drive has measured after a step. The uncertainties: of R half the spread of the
- * directions; of L the accuracy that the tests have shown; of psi_f and J the scatter of the measurement, and
- * the effects of link and dead time. */
+/* The values that the drive has measured after a step. The uncertainties: of R those of the gains and of the
+ * devices, and half the spread of the directions; of L the accuracy that the tests have shown; of psi_f and J
+ * the scatter of the measurement, and the effects of link and dead time. */
 static void take(commission_work_t *work, commission_do_t step)
 {
     commission_result_t *result = work->result;
@@ -92,9 +97,10 @@ static void take(commission_work_t *work, commission_do_t step)
         const commission_value_t all = measured(work, "commission_resistance", 0.0);
         const double device = commission_value(work, "device_resistance");
         const double spread = commission_value(work, "commission_resistance_spread");
-        result->resistance = (commission_value_t){all.value - device, 0.5 * spread * all.value};
+        result->resistance = (commission_value_t){
+            all.value - device, (GAIN_ERROR + 0.5 * spread) * all.value + DEVICE_ERROR * device};
         result->dead_voltage = measured(work, "commission_dead_voltage", 0.02);
-        result->current_zone = measured(work, "commission_current_zone", 0.1);
+        result->current_zone = measured(work, "commission_current_zone", 0.2);
     } else if (step == COMMISSION_DO_inductance) {
         result->inductance_d = measured(work, "commission_inductance_d", 0.01);
         result->inductance_q = measured(work, "commission_inductance_q", 0.03);
@@ -114,10 +120,12 @@ static void take(commission_work_t *work, commission_do_t step)
     } else if (step == COMMISSION_DO_inertia) {
         const double scatter = commission_value(work, "commission_inertia_scatter");
         result->inertia = measured(work, "commission_inertia", 0.015 + 2.0 * scatter);
+        const double rated =
+            1.5 * work->plate->pole_pairs * result->flux_linkage.value * work->plate->current;
         result->friction_coulomb.value = commission_value(work, "commission_friction_coulomb");
-        result->friction_coulomb.error = 0.1 * result->friction_coulomb.value;
+        result->friction_coulomb.error = FRICTION_ERROR * rated;
         result->friction_viscous.value = commission_value(work, "commission_friction_viscous");
-        result->friction_viscous.error = 0.1 * result->friction_viscous.value;
+        result->friction_viscous.error = FRICTION_ERROR * rated / work->plate->speed;
     }
 }
 
@@ -261,37 +269,8 @@ static bool is_known(commission_work_t *work, commission_do_t step)
     return row != NULL && commission_value(work, row) > 0.0;
 }
 
-/* The step `wiring`. If a phase is open, a quiet sensor on it does not change, and the drive takes the sensor
- * for stuck before the step has its matrix. Without this check of the drive the step distinguishes the two.
- */
-static bool run_wiring(commission_work_t *work)
-{
-    commission_result_t *result = work->result;
-    char reason[sizeof result->reason];
-    char what[sizeof result->what];
-    const double judged = commission_value(work, "current_judged");
-    if (commission_run_step(work, COMMISSION_DO_wiring) || strcmp(result->reason, "current_stuck") != 0) {
-        return result->reason[0] == '\0';
-    }
-    memcpy(reason, result->reason, sizeof reason);
-    memcpy(what, result->what, sizeof what);
-    reset_fault(work);
-    const bool again = commission_put(work, "current_judged", 0.0) &&
-                       work->drive->apply(work->drive->context) &&
-                       !commission_run_step(work, COMMISSION_DO_wiring);
-    if (!again || strcmp(result->reason, "open_phase") != 0 || strncmp(result->what, "phase ", 6u) != 0) {
-        memcpy(result->reason, reason, sizeof reason);
-        memcpy(result->what, what, sizeof what);
-    }
-    (void)(commission_put(work, "current_judged", judged) && work->drive->apply(work->drive->context));
-    return false;
-}
-
 static bool one_try(commission_work_t *work, commission_do_t step)
 {
-    if (step == COMMISSION_DO_wiring) {
-        return run_wiring(work);
-    }
     if (step == COMMISSION_DO_least_speed) {
         return commission_least_speed(work);
     }

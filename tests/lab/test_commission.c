@@ -95,6 +95,28 @@ static void expect_slopes(rig_t *rig, const machine_t *m, const commission_resul
                               slope_of(result, COMMISSION_DO_inertia, -HUGE_VAL));
 }
 
+/* The result states the uncertainty of each value. */
+static void expect_stated(rig_t *rig, const machine_t *m, const commission_result_t *result)
+{
+    const struct {
+        const char *name;
+        double true_value;
+        commission_value_t measured;
+    } rows[] = {
+        {"resistance", m->resistance, result->resistance},
+        {"inductance_d", m->inductance_d, result->inductance_d},
+        {"inductance_q", m->inductance_q, result->inductance_q},
+        {"flux_linkage", m->flux_linkage, result->flux_linkage},
+        {"inertia", m->inertia, result->inertia},
+        {"friction_coulomb", m->friction, result->friction_coulomb},
+        {"friction_viscous", rig_value(rig, "plant.friction_viscous"), result->friction_viscous},
+    };
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(rows[n].measured.error, rows[n].true_value, rows[n].measured.value,
+                                          rows[n].name);
+    }
+}
+
 /* The limits of the errors are: R 2 % or 10 mohm, L_d 1.5 %, L_q 3 %, psi_f 1 % and 0.7 V of its EMF, J 4
  * %. The limit of the friction at half the rated speed is 1.5 % of the rated torque. The current stays
  * below 1.25 of twice the rated current plus half the ripple. */
@@ -125,6 +147,7 @@ static void test_unknown_motors_are_measured_within_the_limits(void)
         TEST_ASSERT_TRUE(result.least_speed > 0.0 && result.least_speed < m->speed);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "enable"));
         expect_slopes(rig, m, &result);
+        expect_stated(rig, m, &result);
         rig_free(rig);
     }
 }

@@ -8,7 +8,6 @@ static const dead_time_params_t PARAMS = {.dead_time = 2.5e-6f,
                                           .turn_off_delay = 0.9e-6f,
                                           .drop = 0.875f,
                                           .current_zone = 0.4f,
-                                          .gain = 1.0f,
                                           .period = 1e-4f};
 
 /* The limit is five roundings of voltages up to 13 V. */
@@ -43,15 +42,6 @@ static void test_is_the_sum_of_its_legs_in_and_out_of_the_zone(void)
                                       cabs(lost(&PARAMS, amplitudes[n], angle, 311.0) - expected));
         }
     }
-}
-
-static void test_gain_scales_all_of_it(void)
-{
-    dead_time_params_t params = PARAMS;
-    params.gain = 0.85f;
-    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.85 * 4.0 / 3.0 * LEG, creal(lost(&params, 5.0, 0.0, 311.0)));
-    params.gain = 0.0f;
-    TEST_ASSERT_TRUE(lost(&params, 5.0, 0.3, 311.0) == 0.0);
 }
 
 static void test_zone_of_no_width_is_one_of_a_milliampere(void)

@@ -20,8 +20,8 @@ static const inverter_params_t PARAMS = {
                   .turn_off_delay = 0.9e-6f,
                   .drop = 0.875f,
                   .current_zone = 0.4f,
-                  .gain = 1.0f,
                   .period = 1e-4f},
+    .compensated = 1.0f,
     .inductance = (float)INDUCTANCE,
     .sampled_upper = true,
     .duty_min = (float)DUTY_MIN,
@@ -43,7 +43,7 @@ static inverter_tuning_t tuning;
 static void begin(float gain)
 {
     inverter_params_t params = PARAMS;
-    params.dead_time.gain = gain;
+    params.compensated = gain;
     tuning = inverter_prepare(&params);
     memset(&inverter, 0x55, sizeof inverter);
     inverter_init(&inverter);

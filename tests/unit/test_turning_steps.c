@@ -23,7 +23,9 @@ typedef struct {
     double lost_after;  /* [windows] with an order of a current until the lock is lost; 0: never */
     uint32_t draw;      /* seed of the noise; 0: any */
     double grows;       /* [kg m^2] is added to J at the first steady speed after the pushes */
-    double slow;        /* [1/s] rate of a speed control that is not ideal; 0: ideal */
+    double
+        edge_delay; /* [s] by which the edges of the legs, and so the middle of the zero vector, are late */
+    double slow;    /* [1/s] rate of a speed control that is not ideal; 0: ideal */
 } rotor_t;
 
 typedef struct {
@@ -71,6 +73,8 @@ static turning_input_t follow(model_t *model, const turning_wish_t *wish)
         mean += model->i_q / 8.0;
     }
     const double omega_e = PAIRS * model->omega;
+    /* The sample is before the middle of the zero vector, in which the EMF decreases the current. */
+    mean += is->edge_delay * fabs(omega_e) * is->flux / is->inductance_q;
     const double half = 0.5 * (WINDOW - WINDOW / 8.0) * omega_e; /* the mean vector lags by half a window */
     const double turn = omega_e * WINDOW / 8.0;
     const double shorter = sin(4.0 * turn) / (8.0 * sin(0.5 * turn));
@@ -111,6 +115,7 @@ static commission_tuning_t tuning_of(const rotor_t *is, double inertia)
     tuning.saturation = (float)is->saturation;
     tuning.flux_linkage = (float)(0.9 * is->flux);
     tuning.inertia = (float)inertia;
+    tuning.edge_delay = (float)is->edge_delay;
     return tuning;
 }
 
@@ -184,6 +189,15 @@ static void test_inertia_and_friction_of_light_and_heavy_rotors(void)
         TEST_ASSERT_DOUBLE_WITHIN(0.01 * friction, friction,
                                   (double)results.friction_coulomb + 60.0 * (double)results.friction_viscous);
     }
+}
+
+/* Edges that are 2 us late make the sample larger than the mean by 2 us |e|/L_q. As a torque, this would be a
+ * viscous friction of 1.5 p^2 psi^2 D/L_q = 4.8e-5 N m s/rad, five times the true one. */
+static void test_current_of_a_sample_before_the_middle_of_the_zero_vector_is_no_friction(void)
+{
+    const rotor_t is = {ROTOR(2e-3, 0.1, 1e-5, 0.1), .edge_delay = 2e-6};
+    const commission_results_t results = expect_inertia(&is, is.inertia, 0.01);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-6, is.viscous, (double)results.friction_viscous);
 }
 
 /* The acceleration of a slice has a noise of 8 %. As the independent variable of the regression it would

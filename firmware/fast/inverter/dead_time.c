@@ -8,8 +8,8 @@ dead_time_tuning_t dead_time_prepare(const dead_time_params_t *params)
     const float effective = params->dead_time + params->turn_on_delay - params->turn_off_delay;
     const float zone = params->current_zone > HARD_SIGN ? params->current_zone : HARD_SIGN;
     return (dead_time_tuning_t){
-        .volt_per_volt = params->gain * effective / params->period,
-        .drop = params->gain * params->drop,
+        .volt_per_volt = effective / params->period,
+        .drop = params->drop,
         .per_zone = 1.0f / zone,
     };
 }

@@ -1,6 +1,6 @@
 /* Voltage that the inverter loses by dead time, switching delays and device drops.
  *
- *     DV = gain (sat(i'/zone) + sat(i"/zone))/2 (T_e/T_s u_dc + drop)   per leg,
+ *     DV = (sat(i'/zone) + sat(i"/zone))/2 (T_e/T_s u_dc + drop)   per leg,
  *     T_e = dead_time + turn_on_delay - turn_off_delay
  *
  * DV is the mean of commanded minus actual pole voltage, positive in the direction of the current; i', i" are
@@ -23,13 +23,12 @@ typedef struct {
     float turn_off_delay; /* gate command to current off [s] */
     float drop;           /* (V_ce + V_f)/2 at zero current [V] */
     float current_zone;   /* half width of the linear zone [A]; 0: step at zero */
-    float gain;           /* share that is compensated [-]; 0: off; 0.8 to 0.9 does not over-compensate */
     float period;         /* T_s [s] */
 } dead_time_params_t;
 
 typedef struct {
-    float volt_per_volt; /* gain T_e/T_s [-] */
-    float drop;          /* gain drop [V] */
+    float volt_per_volt; /* T_e/T_s [-] */
+    float drop;          /* [V] */
     float per_zone;      /* 1/zone [1/A] */
 } dead_time_tuning_t;
 

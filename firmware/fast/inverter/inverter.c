@@ -2,14 +2,13 @@
 
 inverter_tuning_t inverter_prepare(const inverter_params_t *params)
 {
-    dead_time_params_t all = params->dead_time;
-    all.gain = 1.0f;
-    const float late = 0.5f * (all.dead_time + all.turn_on_delay + all.turn_off_delay);
+    const dead_time_params_t *lost = &params->dead_time;
+    const float late = 0.5f * (lost->dead_time + lost->turn_on_delay + lost->turn_off_delay);
     return (inverter_tuning_t){
-        .lost = dead_time_prepare(&all),
-        .edges = edges_prepare(params->dead_time.period, params->inductance, late, params->sampled_upper),
+        .lost = dead_time_prepare(lost),
+        .edges = edges_prepare(lost->period, params->inductance, late, params->sampled_upper),
         .modulation = svpwm_prepare(params->duty_min, params->duty_max, params->over_modulation),
-        .half_gain = 0.5f * params->dead_time.gain,
+        .half_gain = 0.5f * params->compensated,
         .duty_counts = params->duty_counts,
         .per_count = 1.0f / params->duty_counts,
     };

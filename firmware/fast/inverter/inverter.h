@@ -19,12 +19,13 @@
 #include "math/frames.h"
 
 typedef struct {
-    dead_time_params_t dead_time; /* its `gain` is the share that is compensated */
-    float inductance;             /* of the winding [H], > 0 */
-    bool sampled_upper;           /* the currents are sampled while the upper switches are on */
-    float duty_min, duty_max;     /* [-] smallest and largest duty of a leg */
-    float duty_counts;            /* [-] steps of a duty from 0 to 1 */
-    bool over_modulation;         /* up to six-step */
+    dead_time_params_t dead_time;
+    float compensated;        /* share of the loss that the duties compensate [-]; 0: none */
+    float inductance;         /* of the winding [H], > 0 */
+    bool sampled_upper;       /* the currents are sampled while the upper switches are on */
+    float duty_min, duty_max; /* [-] smallest and largest duty of a leg */
+    float duty_counts;        /* [-] steps of a duty from 0 to 1 */
+    bool over_modulation;     /* up to six-step */
 } inverter_params_t;
 
 typedef struct {

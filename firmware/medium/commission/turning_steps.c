@@ -3,14 +3,13 @@
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/periods.h"
+#include "math/root.h"
 #include "math/trig.h"
-#include "math/winding.h"
 
 #define BIAS         0.5f  /* of the largest current: i_d of the flux test [-] */
 #define BIAS_TORQUE  0.25f /* the same of the torque test [-] */
 #define SALIENT_FROM 0.1f  /* (L_q - L_d)/L_d from which on a rotor counts as salient [-] */
 #define SALIENT_BIAS 0.3f  /* share of psi_f that its i_d adds, at most [-] */
-#define STRAIGHTENS  3u    /* [-] steps to the angle of the EMF of a saturating rotor */
 #define NEAR         0.05f /* relative distance from the reference of a steady speed [-] */
 #define STEADY       0.6f  /* [s] near it before a mean */
 #define SMOOTH       15.0f /* [rad/s] low-pass of the speed for that */
@@ -57,11 +56,6 @@
     10.0f /* slices of WEIGHT_MOST that a steady speed counts as: its mean of 1250 windows scatters less     \
              than 30 of 40, and an error that the slices do not have shall not prevail [-] */
 
-static float length(dq_t vector)
-{
-    return root_or_none(vector.d * vector.d + vector.q * vector.q);
-}
-
 /* psi_f by the results, else by the parameters. */
 static float flux(const commission_tuning_t *tuning, const commission_results_t *results)
 {
@@ -80,60 +74,6 @@ static float bias(float share, const commission_tuning_t *tuning, float psi)
     return -bounds_less(current, SALIENT_BIAS * psi / apart);
 }
 
-/* Current in the frame of the EMF [A]. */
-static dq_t across_emf(const turning_input_t *input)
-{
-    const float amount = length(input->emf);
-    const float share = amount > 0.0f ? 1.0f / amount : 0.0f;
-    const rotation_t error = {-share * input->emf.d, share * input->emf.q};
-    return frames_park((ab_t){input->current.d, input->current.q}, error);
-}
-
-float turning_mean_length(float n, float turn)
-{
-    const float y = 0.25f * turn * turn;
-    const float nn = n * n;
-    return 1.0f - (nn - 1.0f) * y * (1.0f / 6.0f - (3.0f * nn - 7.0f) * y * (1.0f / 360.0f));
-}
-
-/* Factor by which the mean of a turning vector over a window is too short, inverted. */
-static float lengthening(const commission_tuning_t *tuning, const turning_input_t *input)
-{
-    return 1.0f / turning_mean_length(tuning->window / tuning->period, tuning->period * input->omega_e);
-}
-
-/* psi_q/i_q at this i_q [H]. */
-static float apparent(const commission_tuning_t *tuning, float i_q)
-{
-    const float x = tuning->saturation > 0.0f ? i_q / tuning->saturation : 0.0f;
-    return tuning->inductance_q * winding_saturation(x * x);
-}
-
-/* The observer assumes a constant L_q. If the axis saturates, c = psi_q - L_q i_q adds -omega c along the
- * magnet to its EMF, which is removed before the EMF shows the angle. */
-static turning_input_t straightened(const commission_tuning_t *tuning, const turning_input_t *input)
-{
-    turning_input_t straight = *input;
-    for (uint32_t n = 0u; n < STRAIGHTENS && tuning->saturation > 0.0f; n++) {
-        const float i_q = across_emf(&straight).q;
-        const float c = (apparent(tuning, i_q) - tuning->observed_q) * i_q;
-        const float amount = length(straight.emf);
-        const float share = amount > 0.0f ? input->omega_e * c / amount : 0.0f;
-        straight.emf = (dq_t){input->emf.d + share * straight.emf.q, input->emf.q - share * straight.emf.d};
-    }
-    return straight;
-}
-
-/* Torque of a window [N m]. */
-static float torque_of(const commission_tuning_t *tuning, const turning_input_t *input, float psi)
-{
-    const float longer = lengthening(tuning, input);
-    const dq_t across = across_emf(input);
-    const dq_t current = {longer * across.d, longer * across.q};
-    const float reluctance = (tuning->inductance_d - apparent(tuning, current.q)) * current.d;
-    return 1.5f * tuning->pole_pairs * (psi + reluctance) * current.q;
-}
-
 /* Counts the windows near this speed. true: it has been steady for a while. The estimate of a window is noisy
  * where the back-EMF is small, so that its low-passed value is judged. */
 static bool is_steady(turning_steady_t *steady, const commission_tuning_t *tuning,
@@ -150,16 +90,16 @@ static bool is_steady(turning_steady_t *steady, const commission_tuning_t *tunin
 static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, const turning_input_t *input,
                      float psi)
 {
-    const float longer = lengthening(tuning, input);
-    const float reluctance = (tuning->inductance_d - tuning->observed_q) * longer * across_emf(input).d;
+    const float longer = turning_lengthening(tuning, input);
+    const float reluctance = (tuning->inductance_d - tuning->observed_q) * longer * turning_current(input).d;
     const float speed = bounds_magnitude(input->omega_e);
-    const float volts = longer * length(input->emf) - speed * (psi + reluctance);
+    const float volts = longer * turning_emf(input) - speed * (psi + reluctance);
     mean->windows += 1.0f;
     mean->omega += input->omega_e;
     mean->speed += speed;
     mean->volts += volts; /* the distance from an approximate value, because of the sum of the squares */
     mean->square += volts * volts;
-    mean->torque += torque_of(tuning, input, psi);
+    mean->torque += turning_torque(tuning, input, psi);
 }
 
 /* ---- psi_f ---- */
@@ -173,7 +113,7 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
                                     const turning_input_t *seen, turning_wish_t *wish,
                                     commission_results_t *results)
 {
-    const turning_input_t straight = straightened(tuning, seen);
+    const turning_input_t straight = turning_straightened(tuning, seen);
     const turning_input_t *input = &straight;
     turning_mean_t *mean = &step->mean;
     const float near = tuning->flux_linkage;
@@ -269,7 +209,7 @@ static void slice(torque_test_t *step, const commission_tuning_t *tuning, const 
     part->square += (m * m - (n * n - 1.0f) * (1.0f / 12.0f)) * part->turned;
     const float place = 2.0f * m / n; /* -1 to 1 */
     const float bell = 1.0f - place * place;
-    part->torque += PARABOLA * bell * bell * torque_of(tuning, input, psi);
+    part->torque += PARABOLA * bell * bell * turning_torque(tuning, input, psi);
     part->windows++;
     if (part->windows == length_of(step)) {
         close(step, tuning, results);
@@ -478,7 +418,7 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
                                       const turning_input_t *seen, turning_wish_t *wish,
                                       commission_results_t *results)
 {
-    const turning_input_t straight = straightened(tuning, seen);
+    const turning_input_t straight = turning_straightened(tuning, seen);
     const turning_input_t *input = &straight;
     const float psi = flux(tuning, results);
     step->high = input->speed;

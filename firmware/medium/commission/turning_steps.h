@@ -10,8 +10,6 @@
  *                speed and acceleration of a slice from a parabola through the angles of its EMF; a is the
  *                dependent one, because it is far noisier than the torque, and noise of an independent one
  *                would make its coefficient too small
- *                the current is taken across the EMF and not in the frame of the loop: with the lag of the
- *                loop in an acceleration, i_d would count as torque
  *
  * These steps order a speed or a current; start, hand-over and run are those of the drive. */
 #ifndef MEDIUM_COMMISSION_TURNING_STEPS_H
@@ -19,17 +17,7 @@
 
 #include "medium/commission/commission_types.h"
 #include "medium/commission/turning_fit.h"
-
-/* A window of the running drive. */
-typedef struct {
-    uint32_t runs; /* [-] 1: run on the estimate, which is judged as good */
-    float theta_e; /* of the estimate [rad] */
-    float omega_e; /* the same, mean of the window [rad/s] */
-    dq_t emf;      /* summed over the window in the stationary frame, as a mean in the frame of its end [V] */
-    dq_t current;  /* the same of the current [A] */
-    float speed;   /* requested largest speed, mechanical [rad/s] */
-    float least;   /* speed of the hand-over, mechanical [rad/s] */
-} turning_input_t;
+#include "medium/commission/turning_window.h"
 
 /* The order to the drive. */
 typedef struct {
@@ -96,10 +84,6 @@ typedef struct {
     uint32_t changed;         /* [-] 1: the friction is no longer that of the steady speeds */
     turning_point_t point[2]; /* fast, slow */
 } torque_test_t;
-
-/* Length of the mean of n unit vectors, `turn` [rad] apart: sin(n turn/2)/(n sin(turn/2)), within 1e-3
- * for n turn up to 2.4. */
-float turning_mean_length(float n, float turn);
 
 void flux_test_begin(flux_test_t *step);
 commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t *tuning,

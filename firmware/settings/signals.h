@@ -189,11 +189,9 @@
     F(2163, commission_friction_viscous, medium.commission.results.friction_viscous, "N m s/rad",            \
       "measured friction that grows with speed")                                                             \
     F(2347, commission_point_x, medium.commission.results.point.x, "-",                                      \
-      "newest measured point of the step, for its picture: resistance, inductance: current [A], for L_q "    \
-      "negative; swing: number of the jump; flux: electrical speed [rad/s]; inertia: torque [N m]")          \
+      "x of the newest measured point: current, number, speed or torque, by the step")                       \
     F(2348, commission_point_y, medium.commission.results.point.y, "-",                                      \
-      "the same: resistance: voltage [V]; inductance: L [H]; swing: psi_f [Wb]; flux: EMF [V]; inertia: "    \
-      "acceleration [rad/s^2]")                                                                              \
+      "y of the newest measured point: voltage, L, psi_f, EMF or acceleration")                              \
     U(2165, fast_cycles, fast_took.last, "cycles",                                                           \
       "CPU cycles of the last but one sample interrupt, from its entry until its writes")                    \
     U(2166, fast_cycles_max, fast_took.longest, "cycles", "largest value of fast_cycles since the start")    \

@@ -471,6 +471,20 @@ class CommandLine(TestCase):
         self.assertIn(f"the measured motor is in {path}", lagless("commission", "cold_start", "--yes", "--steps", "board", "--write", path,
                                                                   "--force").stderr)
 
+    def test_pictures_of_a_commissioning_are_checked_before_the_motor_moves(self):
+        for arguments, named in ((("--plot=bmp",), "html, png, svg"), (("--out", self.folder), "accepted with --plot")):
+            with self.subTest(arguments=arguments):
+                done = lagless("commission", "cold_start", "--yes", *arguments)
+                self.assertEqual((2, ""), (done.returncode, done.stdout))
+                self.assertIn(named, done.stderr)
+        path = os.path.join(self.folder, "commission.html")
+        self.write("commission.html", "kept")
+        done = lagless("commission", "cold_start", "--yes", "--plot", "--out", self.folder)
+        self.assertEqual((2, ""), (done.returncode, done.stdout))
+        self.assertIn(path, done.stderr)
+        with open(path, encoding="utf-8") as file:
+            self.assertEqual("kept", file.read())
+
     def test_serve_keeps_time_or_runs_free_and_ends_at_its_time(self):
         begun = time.monotonic()
         self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "1 s"), "listening on 127.0.0.1:")

@@ -499,6 +499,26 @@ static void commissioning(void)
     expect(operating() && value("commission_state") == (double)COMMISSION_WORKS);
 }
 
+/* With an encoder, in each period of a window: a load stops the shaft at once, so that its angle is behind
+ * the prediction of the slow tracking loop, and the loop continues with the rotor's own speed. */
+static void encoder_suspected(void)
+{
+    stage(0.0);
+    set("encoder_bandwidth", 300.0);
+    start_on_shaft(1000.0);
+    for (uint32_t phase = 0; phase < DRIVE_WINDOW; phase++) {
+        for (uint32_t step = 1; step <= 20u; step++) {
+            set("shaft_locked_speed", 50.0 * step * RPM);
+            run(16);
+        }
+        run(100u + phase);
+        expect(running() && value("omega_m") > 900.0 * RPM);
+        set("shaft_locked_speed", 0.0);
+        run(100);
+        expect(running() && value("fault_reason") == 0.0);
+    }
+}
+
 /* The observers and compensations of the paper: sign, and the sigmoid per axis. */
 static void paper(double switching, double lag)
 {
@@ -540,6 +560,7 @@ static const struct {
     {"all learnt", 1600, true, all_learnt},
     {"nothing learnt", 1600, true, nothing_learnt},
     {"commissioning", 5400, true, commissioning},
+    {"encoder suspected", 5000, true, encoder_suspected},
     {"paper sign", 540, false, paper_sign},
     {"paper sigmoid per axis", 540, false, paper_sigmoid},
 };

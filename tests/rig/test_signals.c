@@ -141,6 +141,8 @@
     X(commission_flux_scatter)                                                                               \
     X(commission_inertia)                                                                                    \
     X(commission_inertia_scatter)                                                                            \
+    X(commission_point_x)                                                                                    \
+    X(commission_point_y)                                                                                    \
     X(commission_friction_coulomb)                                                                           \
     X(commission_friction_viscous)
 

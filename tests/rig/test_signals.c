@@ -559,6 +559,8 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(commission_flux_scatter, 0.0, 0.0)
     EXPECT(commission_inertia, 0.0, 0.0)
     EXPECT(commission_inertia_scatter, 0.0, 0.0)
+    EXPECT(commission_point_x, 0.0, 0.0)
+    EXPECT(commission_point_y, 0.0, 0.0)
     EXPECT(commission_friction_coulomb, 0.0, 0.0)
     EXPECT(commission_friction_viscous, 0.0, 0.0)
     EXPECT(speed_calm, 1.0, 0.0) /* nothing oscillates */

@@ -193,7 +193,7 @@ def value_rows(data):
         value, error, sheet = result[key], result["uncertainty"].get(key), data["sheet"].get(key)
         if value is None:
             continue
-        uncertainty = "" if error is None else f"± {number(float(f'{factor * error:.2g}'))}"
+        uncertainty = "" if not error else f"± {number(float(f'{factor * error:.2g}'))}"
         plate = "" if sheet is None else f"{number(factor * sheet)} ({100 * (value / sheet - 1):+.1f} %)".replace("-", "−")
         rows.append(f'<tr><th scope="row">{escape(symbol)}</th>{cell("number", number(factor * value))}{cell("number", uncertainty)}'
                     f'{cell("unit", escape(unit))}{cell("number", plate)}<td>{escape(meaning)}</td></tr>')

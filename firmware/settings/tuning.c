@@ -316,7 +316,6 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .settled = encoder_missed_most(&tuning->fast.encoder, BRAKING_MOST * acceleration),
         .pole_pairs_inverse = 1.0f / pole_pairs,
         .dc_undervoltage = params->dc_undervoltage,
-        .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
         .charge_periods = DRIVE_CHARGE_PERIODS,
     };
 }

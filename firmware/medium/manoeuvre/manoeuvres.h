@@ -125,7 +125,7 @@ typedef struct {
     uint32_t align_windows;    /* [windows] duration of an alignment */
     uint32_t fallback_periods; /* [periods] for which the EMF may be missing in a reversal */
     uint32_t start_tries;      /* [-] */
-    uint32_t smooth;           /* [-] 1: the speed is used without the loop's proportional part */
+    uint32_t smooth;           /* [-] 1: the speed is used without the loop's proportional part, unless the shaft swings */
     uint32_t slow_loop;        /* [-] 1: the tracking loop is too slow for inertia and current limit */
     uint32_t judging;          /* [-] 1: the lock is judged */
     int32_t encoder_fault;     /* [-] encoder_fault_reaction_t: reaction to a wrong encoder */
@@ -189,6 +189,7 @@ typedef struct {
     uint32_t sound_windows; /* [windows] since the start succeeded */
     uint32_t unlocked;      /* [-] 1: a sign of a lost lock is present */
     uint32_t failed;        /* [-] MANOEUVRE_... bits that stop the drive */
+    uint32_t swings;        /* [-] 1: the speed control made the shaft swing, or the rotor was lost */
     float omega_ref;        /* of the last window of run [rad/s], electrical */
     float omega_m_proved;   /* the speed that is kept while proving [rad/s], mechanical */
     manoeuvres_forced_t forced;

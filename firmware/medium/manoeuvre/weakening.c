@@ -9,6 +9,7 @@
 #define TRIM_RATE    100.0f /* [1/s] */
 #define TRIM_MOST    0.2f   /* [-] */
 #define TRIM_FORGETS 0.9f   /* [-] share that remains one step later, while the voltage is no limit */
+#define FLUX_WRONG   1.3f   /* [-] true flux over the assumed one, at most */
 #define ASKED_MOST   1.3f   /* [-] of `use`: a requested voltage counts up to this */
 #define FLUX_SHARE   0.5f   /* low-pass of psi_m: link and speed are noisy [-] */
 #define HALVINGS     12     /* of the range of i_d: 10 A to 3 mA */
@@ -119,10 +120,10 @@ void weakening_look(weakening_t *weakening, float u_dc, float omega_e, dq_t volt
     const float speed = bounds_magnitude(omega_e);
     const bool looked = weakening->looks != 0u;
     const float square = voltage.d * voltage.d + voltage.q * voltage.q;
-    const bool short_of = weakening->trim < 0.0f || square > u * u; /* whatever the configured psi_f is */
-    const bool may =
-        tuning->use > 0.0f && u > 0.0f &&
-        (short_of || speed * tuning->flux_bound + tuning->resistance * tuning->current_max > u);
+    const bool short_of = weakening->trim < 0.0f || square > u * u;
+    const float bound = short_of ? FLUX_WRONG * tuning->flux_bound : tuning->flux_bound;
+    const bool may = tuning->use > 0.0f && u > 0.0f &&
+                     speed * bound + tuning->resistance * tuning->current_max > u;
     weakening->looks = may ? UINT32_C(1) : UINT32_C(0);
     if (!may) {
         weakening->trim = 0.0f;

@@ -7,7 +7,7 @@
 #include "math/root.h"
 
 #define TRIM_RATE    100.0f /* [1/s] */
-#define TRIM_MOST    0.2f   /* [-] */
+#define TRIM_MOST    0.25f  /* [-] FLUX_WRONG, and the errors of L and R */
 #define TRIM_FORGETS 0.9f   /* [-] share that remains one step later, while the voltage is no limit */
 #define FLUX_WRONG   1.3f   /* [-] true flux over the assumed one, at most */
 #define ASKED_MOST   1.3f   /* [-] of `use`: a requested voltage counts up to this */

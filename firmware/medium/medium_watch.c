@@ -109,8 +109,8 @@ static bool doubts_emf(const medium_t *medium, const window_t *window)
 }
 
 /* If the speed loop begins to oscillate, the speed contains the proportional part of the tracking loop from
- * then on, without which it lags. A loop that oscillates is also made slower. In mode current the speed is not
- * controlled. */
+ * then on, without which it lags. A loop that oscillates is also made slower. In mode current the speed is
+ * not controlled. */
 static void watch_oscillation(medium_t *medium, const window_t *window, const requests_t *requests)
 {
     oscillation_watch_t *watch = &medium->speed.oscillation;
@@ -119,11 +119,13 @@ static void watch_oscillation(medium_t *medium, const window_t *window, const re
         return;
     }
     const oscillation_t found = oscillation_watch_step(watch, window->reference.q, window->omega_m_ref);
-    if (found != OSCILLATION_NONE) {
-        medium->manoeuvres.swings = 1u;
+    manoeuvres_t *m = &medium->manoeuvres;
+    const bool lags = m->sensorless != 0u && m->limits.smooth != 0u && m->swings == 0u;
+    if (found == OSCILLATION_CERTAIN && !lags) {
+        run_calm(&m->run, false);
     }
-    if (found == OSCILLATION_CERTAIN) {
-        run_calm(&medium->manoeuvres.run, false);
+    if (found != OSCILLATION_NONE) {
+        m->swings = 1u;
     }
 }
 

@@ -91,7 +91,8 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn)
     const double by_ripple = CAMPAIGN_VALUE(drawn, dc_voltage) * PERIOD / (6.0 * RIPPLE_MAX * current);
     const double saturates = fmax(CAMPAIGN_VALUE(drawn, saturation) * current, 1.0);
     const bool bends = campaign_is_salient(drawn) && CAMPAIGN_VALUE(drawn, saturation) > SATURATES;
-    const double bent = bends ? hypot(1.0, 1.5 * current / saturates) / fmax(1.0, CAMPAIGN_VALUE(drawn, interior)) : 1.0;
+    const double bent =
+        bends ? hypot(1.0, 1.5 * current / saturates) / fmax(1.0, CAMPAIGN_VALUE(drawn, interior)) : 1.0;
     const double by_catch = CATCH * PERIOD * emf / (1.5 * current) * fmax(1.0, bent);
     const double by_noise = NOISE_MOST * PERIOD * emf / CAMPAIGN_VALUE(drawn, current_noise);
     const double inductance = fmax(fmin(fmin(by_reactance, 0.5), by_noise), fmax(by_ripple, by_catch));

@@ -12,14 +12,14 @@
 #define MAGNET_LEFT                                                                                          \
     0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
 #define HEAVY_MASS                                                                                           \
-    1.0               /* [-] of the motor: an elastic mass whose swing moves the motor against its torque    \
-                       */
+    1.0 /* [-] of the motor: an elastic mass whose swing moves the motor against its torque                  \
+         */
 /* [-] of overspeed_trip: a true overspeed. An encoder whose speed is wrong shows the trip while the rotor is
  * slower; the drive names the encoder only if the EMF turns more slowly than this share of its speed */
 #define FAST       0.9
 #define FAST_CODED ((double)ENCODER_WATCH_TURNS)
-#define FLOWS    0.02 /* [A] with a smaller current the offsets can be measured ... */
-#define MEASURED 640u /* [periods] ... within this number, settling included */
+#define FLOWS      0.02 /* [A] with a smaller current the offsets can be measured ... */
+#define MEASURED   640u /* [periods] ... within this number, settling included */
 
 /* Present faults that a reason may name; several bits. */
 enum {
@@ -210,8 +210,8 @@ static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t
 /* True if a reason that has been shown since this period is true. */
 static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t since, uint32_t period)
 {
-    uint32_t what = present(watch, since) | (watch->truth.fed ? IN_CURRENT : 0u) |
-                    (watch->truth.heavy ? IN_SHAFT : 0u);
+    uint32_t what =
+        present(watch, since) | (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
     what &= watch->truth.weak ? ~UINT32_C(0) : ~(uint32_t)IN_MAGNET;
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
         if (truths[n].reason == reason) {

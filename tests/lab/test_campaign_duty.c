@@ -312,9 +312,9 @@ static void test_without_encoder_too_fast_a_shaft_may_last_for_the_lag_of_the_lo
     expect_violated(CAMPAIGN_I_TRIP_SPEED);
 }
 
-/* A step of psi_f moves a share of the speed from the feed-forward of the loop to its integral. A damping of 1
- * leaves (1 + x) exp(-x) of it, x = w_n t; with omega_c of a quarter of the bandwidth w_n is 51.9 at 200 rad/s
- * (docs/theory.md, 7), and 5 % are left after 91.3 ms. Then the shaft has the 30 ms of the lag. */
+/* A step of psi_f moves a share of the speed from the feed-forward of the loop to its integral. A damping of
+ * 1 leaves (1 + x) exp(-x) of it, x = w_n t; with omega_c of a quarter of the bandwidth w_n is 51.9 at 200
+ * rad/s (docs/theory.md, 7), and 5 % are left after 91.3 ms. Then the shaft has the 30 ms of the lag. */
 static void test_too_fast_a_shaft_may_last_until_the_loop_has_followed_a_weak_magnet(void)
 {
     static const struct {

@@ -78,19 +78,19 @@ static double begun(double hertz, double share, double rate, double most)
 
 /* Two waves that are each larger than the last one by more than 1.15: the one before them is the first or the
  * second wave, because the filters settle in the first. With 1.3 per wave an amplitude of 0.4 % is above 2 %
- * after ln(5)/ln(1.3) = 6.1 waves, behind the filters a wave later. A growth of 1.1 per wave, a constant and a decreasing swing are none. */
+ * after ln(5)/ln(1.3) = 6.1 waves, behind the filters a wave later. A growth of 1.1 per wave, a constant and
+ * a decreasing swing are none. */
 static void test_the_first_sign_of_a_quick_growth_is_reported_within_a_few_waves(void)
 {
     static const struct {
         double hertz, share, growth, earliest, latest; /* [Hz], [-] of the limit, [-] a wave, [waves] */
     } cases[] = {{50.0, 0.02, 1.3, 2.0, 4.5},  {26.0, 0.02, 1.25, 2.0, 4.5}, {72.0, 0.02, 1.7, 2.0, 4.5},
-                 {50.0, 0.004, 1.3, 6.1, 9.5}, {50.0, 0.02, 1.1, 0.0, 0.0}, {75.0, 0.04, 1.0, 0.0, 0.0},
-                 {75.0, 0.09, 0.9, 0.0, 0.0},   {400.0, 0.02, 1.3, 0.0, 0.0}};
+                 {50.0, 0.004, 1.3, 6.1, 9.5}, {50.0, 0.02, 1.1, 0.0, 0.0},  {75.0, 0.04, 1.0, 0.0, 0.0},
+                 {75.0, 0.09, 0.9, 0.0, 0.0},  {400.0, 0.02, 1.3, 0.0, 0.0}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
         const double hertz = cases[n].hertz;
-        const double waves =
-            hertz * begun(hertz, cases[n].share, hertz * log(cases[n].growth), 16.0 / hertz);
+        const double waves = hertz * begun(hertz, cases[n].share, hertz * log(cases[n].growth), 16.0 / hertz);
 
         TEST_ASSERT_TRUE(cases[n].latest == 0.0 ? waves == 0.0
                                                 : waves > cases[n].earliest && waves < cases[n].latest);

@@ -3,7 +3,8 @@
 #include "math/bounds.h"
 #include "math/root.h"
 
-#define HELD_MOST 0.25f /* [-] of kp and bandwidth: with R = 0 both poles of the response to an EMF are equal */
+#define HELD_MOST                                                                                            \
+    0.25f /* [-] of kp and bandwidth: with R = 0 both poles of the response to an EMF are equal */
 
 float current_control_integral(const current_control_params_t *params)
 {

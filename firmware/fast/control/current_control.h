@@ -6,8 +6,8 @@
  *     kp = L bandwidth,   ki = R bandwidth,   x = i + m (i_ref - i)
  *     ki of the q axis is larger if `held` demands it, but at most kp_q bandwidth/4
  *
- * Without `held`, the zero of the PI controller cancels the pole R/L of the winding. The feed-forward cancels the
- * cross-coupling and the EMF e that the caller supplies: (0, omega psi_f) in the frame of the rotor. What
+ * Without `held`, the zero of the PI controller cancels the pole R/L of the winding. The feed-forward cancels
+ * the cross-coupling and the EMF e that the caller supplies: (0, omega psi_f) in the frame of the rotor. What
  * remains is an integrator with the gain `bandwidth` and a delay of 1.5 periods (the voltage of period k acts
  * from t_k+1 to t_k+2). With K = bandwidth * period the closed loop is z^2 - z + K = 0 (docs/theory.md, 15):
  * it has no overshoot up to K = 0.25 and is unstable from K = 1. During the delay the frame turns, so that a

@@ -122,8 +122,8 @@ void weakening_look(weakening_t *weakening, float u_dc, float omega_e, dq_t volt
     const float square = voltage.d * voltage.d + voltage.q * voltage.q;
     const bool short_of = weakening->trim < 0.0f || square > u * u;
     const float bound = short_of ? FLUX_WRONG * tuning->flux_bound : tuning->flux_bound;
-    const bool may = tuning->use > 0.0f && u > 0.0f &&
-                     speed * bound + tuning->resistance * tuning->current_max > u;
+    const bool may =
+        tuning->use > 0.0f && u > 0.0f && speed * bound + tuning->resistance * tuning->current_max > u;
     weakening->looks = may ? UINT32_C(1) : UINT32_C(0);
     if (!may) {
         weakening->trim = 0.0f;

@@ -120,12 +120,12 @@ static void watch_oscillation(medium_t *medium, const window_t *window, const re
     }
     const oscillation_t found = oscillation_watch_step(watch, window->reference.q, window->omega_m_ref);
     manoeuvres_t *m = &medium->manoeuvres;
-    const bool lags = m->sensorless != 0u && m->limits.smooth != 0u && m->swings == 0u;
+    const bool lags = m->sensorless != 0u && m->limits.smooth != 0u && m->run.swings == 0u;
     if (found == OSCILLATION_CERTAIN && !lags) {
         run_calm(&m->run, false);
     }
     if (found != OSCILLATION_NONE) {
-        m->swings = 1u;
+        m->run.swings = 1u;
     }
 }
 

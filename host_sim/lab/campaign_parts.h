@@ -327,6 +327,9 @@ void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn,
 void campaign_watch_sample(void *watch, uint32_t period, const uint32_t *slots, uint32_t count);
 void campaign_watch_edge(void *watch, uint64_t tick, uint32_t what, uint32_t value);
 
+/* [-] of an encoder's speed: an EMF that turns more slowly denies it (ENCODER_WATCH_TURNS). */
+#define CAMPAIGN_TURNS 0.7
+
 /* Bit of sample_flags, defined by the text of this signal. */
 #define CAMPAIGN_LATE_FLAG UINT32_C(8)
 

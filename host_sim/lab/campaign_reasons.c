@@ -2,7 +2,6 @@
 #include <math.h>
 
 #include "host_sim/lab/campaign_parts.h"
-#include "medium/protect/encoder_watch.h"
 #include "settings/reasons.h"
 
 #define NEARLY_NONE   0.01                /* [-] of the sensors' range */
@@ -17,7 +16,7 @@
 /* [-] of overspeed_trip: a true overspeed. An encoder whose speed is wrong shows the trip while the rotor is
  * slower; the drive names the encoder only if the EMF turns more slowly than this share of its speed */
 #define FAST       0.9
-#define FAST_CODED ((double)ENCODER_WATCH_TURNS)
+#define FAST_CODED CAMPAIGN_TURNS
 #define FLOWS      0.02 /* [A] with a smaller current the offsets can be measured ... */
 #define MEASURED   640u /* [periods] ... within this number, settling included */
 

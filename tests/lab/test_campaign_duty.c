@@ -6,6 +6,7 @@
 #include "host_sim/lab/campaign_parts.h"
 #include "host_sim/plant/plant.h"
 #include "medium/manoeuvre/manoeuvres.h"
+#include "medium/protect/encoder_watch.h"
 #include "medium/sequence.h"
 #include "settings/reasons.h"
 #include "tests/lab/courses.h"
@@ -343,6 +344,7 @@ static void test_an_encoder_may_show_an_overspeed_that_the_emf_does_not_deny(voi
                  {"encoder_lines", 1.0, 153.0, CAMPAIGN_I_REASON_TRUE},
                  {"encoder_lines", 0.0, 155.0, CAMPAIGN_I_REASON_TRUE},
                  {"", 1.0, 155.0, CAMPAIGN_I_REASON_TRUE}};
+    TEST_ASSERT_EQUAL_DOUBLE((double)ENCODER_WATCH_TURNS, (double)(float)CAMPAIGN_TURNS);
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         judge_anew(cases[n].fault, 3300.0);
         observed.quantities[CAMPAIGN_Q_encoder] = cases[n].encoder;

@@ -341,7 +341,7 @@ static void test_the_speed_contains_the_proportional_part_while_the_shaft_swings
 {
     given_sensorless(400.0);
     for (uint32_t swings = 0u; swings < 2u; swings++) {
-        drive.medium.manoeuvres.swings = swings;
+        drive.medium.manoeuvres.run.swings = swings;
         machine_windows(3);
         machine.theta_e += 0.1; /* the detector is not zero */
         machine_steps(3);

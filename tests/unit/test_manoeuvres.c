@@ -763,12 +763,12 @@ static void test_relocks_whose_runs_do_not_last_are_counted_as_tries(void)
 static void test_after_a_loss_the_shaft_counts_as_one_that_swings(void)
 {
     given_heavy_running(60.0);
-    TEST_ASSERT_EQUAL_UINT32(0u, m.swings);
+    TEST_ASSERT_EQUAL_UINT32(0u, m.run.swings);
     lose();
-    TEST_ASSERT_EQUAL_UINT32(1u, m.swings);
+    TEST_ASSERT_EQUAL_UINT32(1u, m.run.swings);
     manoeuvres_end(&m);
     start();
-    TEST_ASSERT_EQUAL_UINT32(0u, m.swings);
+    TEST_ASSERT_EQUAL_UINT32(0u, m.run.swings);
 }
 
 /* The losses of the previous operation do not count. */

@@ -190,7 +190,6 @@ typedef struct {
     uint32_t sound_windows; /* [windows] since the start succeeded */
     uint32_t unlocked;      /* [-] 1: a sign of a lost lock is present */
     uint32_t failed;        /* [-] MANOEUVRE_... bits that stop the drive */
-    uint32_t swings;        /* [-] 1: the speed control made the shaft swing, or the rotor was lost */
     float omega_ref;        /* of the last window of run [rad/s], electrical */
     float omega_m_proved;   /* the speed that is kept while proving [rad/s], mechanical */
     manoeuvres_forced_t forced;

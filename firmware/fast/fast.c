@@ -202,7 +202,7 @@ static void estimate_position(fast_t *fast, fast_orders_t orders)
     if (fast->estimating != 0u) {
         estimate(fast, orders);
     }
-    fast_update_rotor(fast, tuning);
+    fast_update_rotor(fast, orders);
 }
 
 /* ---- control ---- */

@@ -53,7 +53,6 @@ typedef struct {
     float settled; /* largest distance of the encoder's angle behind its prediction by braking [rad] */
     float pole_pairs_inverse; /* 1/p [-] */
     float dc_undervoltage; /* below this link voltage a rotor may feed the link while the bridge is off [V] */
-    uint32_t smooth;       /* [-] 1: the speed is the one without the proportional part of the loop */
     uint32_t charge_periods; /* [periods] with only the lower switches on, before an upper one may be on */
 } fast_limits_t;
 

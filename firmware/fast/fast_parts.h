@@ -4,20 +4,21 @@
 
 #include "fast/fast.h"
 
-/* Updates the rotor's position and speed from the present source. The speed is the estimate without the
- * proportional part of the loop, because the speed control would amplify the noise of that part. */
-static inline void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
+/* Updates the rotor's position and speed from the present source. The speed of a smooth setpoint is the
+ * estimate without the proportional part of the loop, because the speed control would amplify the noise of
+ * that part. */
+static inline void fast_update_rotor(fast_t *fast, fast_orders_t orders)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
     float omega_e;
     if (reference_tracks(&fast->reference)) {
         fast->rotor = estimate->frame;
-        omega_e = tuning->limits.smooth != 0u ? estimate->omega_smooth : estimate->frame.omega_e;
+        omega_e = orders.setpoint->smooth != 0u ? estimate->omega_smooth : estimate->frame.omega_e;
     } else {
         fast->rotor = reference_rotor(&fast->reference, &fast->shaft.frame);
         omega_e = fast->rotor.omega_e;
     }
-    fast->omega_m = omega_e * tuning->limits.pole_pairs_inverse;
+    fast->omega_m = omega_e * orders.tuning->limits.pole_pairs_inverse;
 }
 
 /* Begins the sums of a window. */

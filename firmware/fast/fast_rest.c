@@ -38,7 +38,7 @@ void fast_rest(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     fast->bridge.runs = 0u;
     fast->estimating = 0u;
     reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
-    fast_update_rotor(fast, orders.tuning);
+    fast_update_rotor(fast, orders);
     fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, (int32_t)EMF_OTHER, 0.0f};
     current_control_reset(&fast->current_control, none);
     fast->control.current = frames_park(fast->measure.measured.current, fast->rotor.rotation);

@@ -61,14 +61,14 @@ static bool is_braking(const fast_t *fast, fast_orders_t orders)
 /* The loop continues with the rotor's own speed, that of its motion in the last period: the prediction would
  * still be wrong for the lag of the loop, and current control would compensate an EMF that has gone. The
  * frame of the last demand is that of the encoder at t_k-1. */
-static void follow_rotor(fast_t *fast, const fast_tuning_t *tuning)
+static void follow_rotor(fast_t *fast, fast_orders_t orders)
 {
     const float moved = angle_wrap(fast->shaft.frame.theta_e - fast->demand.frame.theta_e);
     const float omega_e = moved * (1.0f / DRIVE_PERIOD);
-    encoder_follow(&fast->encoder, &tuning->encoder, fast->measure.measured.encoder_count, omega_e);
+    encoder_follow(&fast->encoder, &orders.tuning->encoder, fast->measure.measured.encoder_count, omega_e);
     fast->shaft.position.omega_e = omega_e;
     fast->shaft.frame.omega_e = omega_e;
-    fast_update_rotor(fast, tuning);
+    fast_update_rotor(fast, orders);
 }
 
 uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders)
@@ -80,7 +80,7 @@ uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders)
         return 0u;
     }
     if (is_braking(fast, orders)) {
-        follow_rotor(fast, orders.tuning);
+        follow_rotor(fast, orders);
         return 0u;
     }
     if (setpoint->jump == (int32_t)JUMP_OPENS) {
@@ -90,7 +90,7 @@ uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders)
     fast->report.window.left = setpoint->jump;
     reference_leave_encoder(&fast->reference, to_estimate, fast->estimator.estimate.omega_smooth,
                             setpoint->jump_periods);
-    fast_update_rotor(fast, orders.tuning);
+    fast_update_rotor(fast, orders);
     return 0u;
 }
 

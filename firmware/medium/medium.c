@@ -391,6 +391,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     if (medium->manoeuvres.now == (int32_t)MANOEUVRE_COMMISSION) {
         setpoint->excite = medium->commission.order;
     }
+    setpoint->smooth = medium->manoeuvres.limits.smooth & (medium->manoeuvres.run.swings ^ 1u);
     setpoint->link.sunk = medium->link.watch.sunk;
     setpoint->link.low = medium->link.watch.low;
 }

@@ -108,14 +108,24 @@ static bool doubts_emf(const medium_t *medium, const window_t *window)
     return current_watch_lacks(&medium->current_watch, window->measured.current_abc, asked);
 }
 
-/* A speed loop that oscillates is made slower. In mode current the speed is not controlled. */
+/* If the speed loop begins to oscillate, the speed contains the proportional part of the tracking loop from
+ * then on, without which it lags. A loop that oscillates is also made slower. In mode current the speed is
+ * not controlled. */
 static void watch_oscillation(medium_t *medium, const window_t *window, const requests_t *requests)
 {
     oscillation_watch_t *watch = &medium->speed.oscillation;
     if (requests->mode != (int32_t)MODE_SPEED) {
         oscillation_watch_rest(watch);
-    } else if (oscillation_watch_step(watch, window->reference.q, window->omega_m_ref)) {
-        run_calm(&medium->manoeuvres.run, false);
+        return;
+    }
+    const oscillation_t found = oscillation_watch_step(watch, window->reference.q, window->omega_m_ref);
+    manoeuvres_t *m = &medium->manoeuvres;
+    const bool lags = m->sensorless != 0u && m->limits.smooth != 0u && m->run.swings == 0u;
+    if (found == OSCILLATION_CERTAIN && !lags) {
+        run_calm(&m->run, false);
+    }
+    if (found != OSCILLATION_NONE) {
+        m->run.swings = 1u;
     }
 }
 

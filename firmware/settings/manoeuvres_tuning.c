@@ -12,7 +12,7 @@
     0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
 #define LOW_CURRENT_CUTOFF 20.0f  /* [rad/s] */
 #define EMF_WRONG          1.3f   /* [-] of psi_f: possible error of the assumed value */
-#define EMF_HELD           0.15f  /* [-] of the voltage that R holds: permitted excess of the feed-forward */
+#define EMF_HELD           0.15f  /* [-] of what the integral holds: permitted excess of the feed-forward */
 #define ALIGN_RISE_TIME    75e-3f /* [s] of the current in a light rotor's alignment, a quarter of the turn */
 /* [-] of I: largest error of the current while a rotor swings to its aligned position */
 #define ALIGN_ERROR      0.25f
@@ -40,7 +40,8 @@ static float within(float value, float least, float most)
 static float known_emf(const params_t *params, const assumed_t *assumed)
 {
     const float flux = (float)params->motor_pole_pairs * assumed->flux_linkage;
-    const float holds = params->current_bandwidth * assumed->resistance * assumed->inertia;
+    const current_control_params_t control = params_current_control(params, assumed);
+    const float holds = current_control_integral(&control) * assumed->inertia;
     const float drives = 1.5f * flux * flux;
     return within((1.0f + EMF_HELD * EMF_WRONG * EMF_WRONG * holds / drives) / EMF_WRONG, 1.0f / EMF_WRONG,
                   1.0f);

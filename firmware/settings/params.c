@@ -85,6 +85,8 @@ assumed_t params_configured(const params_t *params)
 #define LOOP_BANDWIDTHS 4.0f   /* [-] of the loop over the feed-forward, for the least overshoot */
 #define LOOP_SLOW       0.6f   /* [-] of the bandwidth by the rule, without its lower limit */
 
+#define EMF_FOLLOWED 3.0f /* [-] error of psi_f, 0.3, over the permitted share of the current, 0.1 */
+
 #define SALIENT_NATURAL 0.403f /* [-] natural frequency of the loop over its bandwidth, damping 1 */
 #define SALIENT_SPEED   0.6f   /* [-] of ki over the product of cutoff and largest speed */
 #define SALIENT_LEAST   4.0f   /* [rad/s] */
@@ -140,6 +142,23 @@ loop_params_t params_loop(const params_t *params, const assumed_t *assumed)
                            .cutoff = params->feedforward_cutoff,
                            .speed = params->pll_bandwidth / PARAMS_SPEED_BELOW_LOOP,
                            .slow = params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
+}
+
+/* With the encoder the feed-forward of the EMF is that of the assumed psi_f. The current has the error
+ * d omega/dt d psi_f/ki, as soon as the integral follows a changing EMF: with a psi_f that is wrong by 0.3 a
+ * tenth of the current that accelerates the rotor (docs/theory.md, 15). */
+current_control_params_t params_current_control(const params_t *params, const assumed_t *assumed)
+{
+    const float flux = (float)params->motor_pole_pairs * assumed->flux_linkage;
+    const bool encoder = params->position_source == (int32_t)POSITION_ENCODER;
+    return (current_control_params_t){
+        .resistance = assumed->resistance,
+        .inductance_d = assumed->inductance_d,
+        .inductance_q = assumed->inductance_q,
+        .bandwidth = params->current_bandwidth,
+        .period = DRIVE_PERIOD,
+        .held = encoder ? EMF_FOLLOWED * 1.5f * flux * flux / assumed->inertia : 0.0f,
+    };
 }
 
 /* L_q at this i_q minus L_d [H]: apparent, and incremental. */

@@ -12,6 +12,7 @@
 #include "contract/refusal.h"
 #include "contract/table.h"
 #include "estimator/estimator.h"
+#include "fast/control/current_control.h"
 #include "fast/protect/link_limit.h"
 #include "hal/board.h"
 #include "medium/adapt/assumed.h"
@@ -393,6 +394,9 @@ static inline float params_acceleration(const params_t *params, const assumed_t 
 {
     return 1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage / assumed->inertia;
 }
+
+/* The parameters of current control. */
+current_control_params_t params_current_control(const params_t *params, const assumed_t *assumed);
 
 /* The largest torque at current_limit [N m]. */
 float params_torque_most(const params_t *params, const assumed_t *assumed);

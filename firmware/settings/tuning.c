@@ -247,13 +247,7 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
 
 static void prepare_control(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
-    const current_control_params_t current = {
-        .resistance = assumed->resistance,
-        .inductance_d = assumed->inductance_d,
-        .inductance_q = assumed->inductance_q,
-        .bandwidth = params->current_bandwidth,
-        .period = DRIVE_PERIOD,
-    };
+    const current_control_params_t current = params_current_control(params, assumed);
     tuning->fast.current_control = current_control_prepare(&current);
     tuning->medium.manoeuvres = manoeuvres_prepare(params, assumed);
     tuning->fast.reference = reference_prepare(params, assumed);
@@ -316,7 +310,6 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .settled = encoder_missed_most(&tuning->fast.encoder, BRAKING_MOST * acceleration),
         .pole_pairs_inverse = 1.0f / pole_pairs,
         .dc_undervoltage = params->dc_undervoltage,
-        .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
         .charge_periods = DRIVE_CHARGE_PERIODS,
     };
 }

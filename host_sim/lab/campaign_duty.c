@@ -1,14 +1,19 @@
 /* Judges whether a drive does its work: it runs, follows its requests, and ends operation beyond its limits.
  */
 #include <math.h>
+#include <string.h>
 
 #include "host_sim/lab/campaign_parts.h"
 #include "settings/reasons.h"
 
-#define OFF_PERIODS     (2u * DRIVE_WINDOW + 2u) /* [periods] of campaign_invariants */
-#define LINK_PERIODS    3u                       /* [periods] of too high a link with a gate on */
-#define SPEED_SECONDS   5e-3                     /* [s] of too fast a shaft with a gate on */
-#define LOOP_LAG        5.0  /* [-] k_p/k_i of the tracking loop times its bandwidth, at damping 1 */
+#define OFF_PERIODS   (2u * DRIVE_WINDOW + 2u) /* [periods] of campaign_invariants */
+#define LINK_PERIODS  3u                       /* [periods] of too high a link with a gate on */
+#define SPEED_SECONDS 5e-3                     /* [s] of too fast a shaft with a gate on */
+#define LOOP_LAG      5.0 /* [-] k_p/k_i of the tracking loop times its bandwidth, at damping 1 */
+/* [-] time from a step of psi_f, times the bandwidth of the loop, until the integral of a loop of damping 1
+ * has taken over a speed from the feed-forward up to 5 % of it: (1 + x) exp(-x) = 0.05 at x = w_n t = 4.74,
+ * and w_n is 0.26 of the bandwidth with a feed-forward of a quarter of it */
+#define MAGNET_SETTLES  18.3
 #define AWAY_SECONDS    0.1  /* [s] of a torque that increases the error of the speed */
 #define INTEGRAL        3.0  /* [-] k_p w/k_i of the speed control, with k_p = J w/K_t, by its rule */
 #define ANSWERS         3.0  /* [-] time constants after which the speed control has responded */
@@ -91,6 +96,7 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .answer = fmin(ANSWERS / campaign_speed_loop(drawn), ANSWER_MOST),
         .winding = winding(drawn),
         .lag = LOOP_LAG / campaign_loop(drawn),
+        .settles = MAGNET_SETTLES / campaign_loop(drawn),
         .drawn = drawn->around == NULL,
         .coded = campaign_has_encoder(drawn),
         .healthy = campaign_is_healthy(drawn),
@@ -171,12 +177,28 @@ static double fast_most(const campaign_duty_t *duty)
     return SPEED_SECONDS + (duty->coded ? 0.0 : duty->lag);
 }
 
+/* True while the loop without encoder follows a step of psi_f: its feed-forward is the EMF over the
+ * configured psi_f, and its integral has to take over the difference. */
+static bool magnet_settles(const campaign_watch_t *watch, uint32_t period)
+{
+    const campaign_duty_t *duty = &watch->duty;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX && !duty->coded; n++) {
+        const bool magnet =
+            strcmp(campaign_faults[watch->drawn->faults[n].kind].row, "plant.flux_linkage") == 0;
+        if (magnet && campaign_is_there(watch, n, period) &&
+            (period - watch->excused[n].begins) * RIG_PERIOD_SECONDS < duty->settles) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static void judge_trips(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
     const bool runs = rows[CAMPAIGN_AT_manoeuvre] == watch->run && watch->gates_seen;
     const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
-    duty->fast = counted(runs && speed > duty->overspeed, duty->fast);
+    duty->fast = counted(runs && speed > duty->overspeed && !magnet_settles(watch, period), duty->fast);
     duty->high =
         counted(watch->gates_seen && campaign_number(rows, CAMPAIGN_AT_true_u_dc) > duty->link, duty->high);
     if (duty->fast * RIG_PERIOD_SECONDS > fast_most(duty)) {

@@ -89,14 +89,16 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn)
     const double pole_pairs = fmax(1.0, fmin(CAMPAIGN_VALUE(drawn, pole_pairs), floor(ELECTRIC_MAX / speed)));
     const double by_reactance = CAMPAIGN_VALUE(drawn, reactance) * emf / (pole_pairs * speed * current);
     const double by_ripple = CAMPAIGN_VALUE(drawn, dc_voltage) * PERIOD / (6.0 * RIPPLE_MAX * current);
-    const double by_catch = CATCH * PERIOD * emf / (1.5 * current);
+    const double saturates = fmax(CAMPAIGN_VALUE(drawn, saturation) * current, 1.0);
+    const bool bends = campaign_is_salient(drawn) && CAMPAIGN_VALUE(drawn, saturation) > SATURATES;
+    const double bent =
+        bends ? hypot(1.0, 1.5 * current / saturates) / fmax(1.0, CAMPAIGN_VALUE(drawn, interior)) : 1.0;
+    const double by_catch = CATCH * PERIOD * emf / (1.5 * current) * fmax(1.0, bent);
     const double by_noise = NOISE_MOST * PERIOD * emf / CAMPAIGN_VALUE(drawn, current_noise);
     const double inductance = fmax(fmin(fmin(by_reactance, 0.5), by_noise), fmax(by_ripple, by_catch));
     const double ratio = campaign_is_salient(drawn)
                              ? fmax(1.0, fmin(CAMPAIGN_VALUE(drawn, interior), by_noise / inductance))
                              : CAMPAIGN_VALUE(drawn, saliency);
-    const double saturates = fmax(CAMPAIGN_VALUE(drawn, saturation) * current, 1.0);
-    const bool bends = campaign_is_salient(drawn) && CAMPAIGN_VALUE(drawn, saturation) > SATURATES;
     const double flux = emf / (pole_pairs * speed);
     return (campaign_motor_t){
         .pole_pairs = pole_pairs,

@@ -179,6 +179,7 @@ typedef struct {
     uint32_t away_wish[4]; /* slots of the requests in that time, and of the load */
     bool coded;            /* control uses the encoder in the whole run */
     double lag;            /* [s] lag of the speed of the tracking loop */
+    double settles;        /* [s] in which this speed follows a step of the magnet's flux */
     double answer;         /* [s] response time of the speed control */
     double winding;        /* [N m/rad] change of its integral per error and time */
     uint32_t stopping;     /* [periods] since the quick stop began */
@@ -194,6 +195,7 @@ typedef struct {
 /* campaign_reasons.c: the true events, with which the reason of a fault is compared. */
 typedef struct {
     double fast, over, high, low, under; /* [rad/s], [A], [V]: limits from which a reason is true */
+    double fast_coded;                   /* [rad/s] the same limit with a wrong encoder */
     double speed;                        /* [rad/s] mechanical, with the lag of the tracking loop */
     double none; /* [A] length of a current that counts as none, as in the drive's watch of the encoder */
     uint32_t fast_at, over_at, high_at, low_at,
@@ -324,6 +326,9 @@ void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn,
                           const volatile sig_atomic_t *asked);
 void campaign_watch_sample(void *watch, uint32_t period, const uint32_t *slots, uint32_t count);
 void campaign_watch_edge(void *watch, uint64_t tick, uint32_t what, uint32_t value);
+
+/* [-] of an encoder's speed: an EMF that turns more slowly denies it (ENCODER_WATCH_TURNS). */
+#define CAMPAIGN_TURNS 0.7
 
 /* Bit of sample_flags, defined by the text of this signal. */
 #define CAMPAIGN_LATE_FLAG UINT32_C(8)

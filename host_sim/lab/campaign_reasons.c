@@ -11,10 +11,14 @@
 #define MAGNET_LEFT                                                                                          \
     0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
 #define HEAVY_MASS                                                                                           \
-    1.0               /* [-] of the motor: an elastic mass whose swing moves the motor against its torque    \
-                       */
-#define FLOWS    0.02 /* [A] with a smaller current the offsets can be measured ... */
-#define MEASURED 640u /* [periods] ... within this number, settling included */
+    1.0 /* [-] of the motor: an elastic mass whose swing moves the motor against its torque                  \
+         */
+/* [-] of overspeed_trip: a true overspeed. An encoder whose speed is wrong shows the trip while the rotor is
+ * slower; the drive names the encoder only if the EMF turns more slowly than this share of its speed */
+#define FAST       0.9
+#define FAST_CODED CAMPAIGN_TURNS
+#define FLOWS      0.02 /* [A] with a smaller current the offsets can be measured ... */
+#define MEASURED   640u /* [periods] ... within this number, settling included */
 
 /* Present faults that a reason may name; several bits. */
 enum {
@@ -140,6 +144,16 @@ static uint32_t what_of(const campaign_injected_t *injected)
     return 0u;
 }
 
+/* The faults that are present in this period. */
+static uint32_t present(const campaign_watch_t *watch, uint32_t period)
+{
+    uint32_t what = 0u;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        what |= campaign_is_there(watch, n, period) ? what_of(&watch->drawn->faults[n]) : 0u;
+    }
+    return what;
+}
+
 void campaign_truth_begin(campaign_watch_t *watch)
 {
     const double sensed = fabs(CAMPAIGN_VALUE(watch->drawn, dc_gain)) + 0.02;
@@ -152,7 +166,8 @@ void campaign_truth_begin(campaign_watch_t *watch)
                         injected->value < MAGNET_LEFT * CAMPAIGN_VALUE(watch->drawn, flux_configured));
     }
     watch->truth = (campaign_truth_t){
-        .fast = 0.9 * watch->overspeed,
+        .fast = FAST * watch->overspeed,
+        .fast_coded = FAST_CODED * watch->overspeed,
         .none = NEARLY_NONE * (double)BOARD_CURRENT_RANGE,
         .over = 0.9 * campaign_trip(watch->drawn),
         .high = campaign_initial(watch->drawn, "dc_overvoltage") * (1.0 - sensed) - noise,
@@ -194,10 +209,8 @@ static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t
 /* True if a reason that has been shown since this period is true. */
 static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t since, uint32_t period)
 {
-    uint32_t what = (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
-    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        what |= campaign_is_there(watch, n, since) ? what_of(&watch->drawn->faults[n]) : 0u;
-    }
+    uint32_t what =
+        present(watch, since) | (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
     what &= watch->truth.weak ? ~UINT32_C(0) : ~(uint32_t)IN_MAGNET;
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
         if (truths[n].reason == reason) {
@@ -225,11 +238,7 @@ static double drifts(const campaign_case_t *drawn, uint32_t period)
 /* True if a current sensor is wrong while its offset is measured. */
 static bool errs_at_rest(const campaign_watch_t *watch, uint32_t period)
 {
-    uint32_t what = 0u;
-    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        what |= campaign_is_there(watch, n, period) ? what_of(&watch->drawn->faults[n]) : 0u;
-    }
-    return !watch->gates_seen && (what & (IN_STUCK | IN_CURRENT)) != 0u;
+    return !watch->gates_seen && (present(watch, period) & (IN_STUCK | IN_CURRENT)) != 0u;
 }
 
 /* Offsets are measured while no current flows. A rotor whose EMF exceeds the link voltage drives a current
@@ -262,7 +271,11 @@ static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_
     const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);
     const double lag = watch->duty.coded ? 0.0 : watch->duty.lag;
     truth->speed += (speed - truth->speed) * RIG_PERIOD_SECONDS / (lag + RIG_PERIOD_SECONDS);
-    truth->fast_at = fabs(2.0 * speed - truth->speed) > truth->fast ? period : truth->fast_at;
+    const double followed = fabs(2.0 * speed - truth->speed);
+    const bool coded = followed > truth->fast_coded &&
+                       campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period) &&
+                       (present(watch, period) & IN_ENCODER) != 0u;
+    truth->fast_at = followed > truth->fast || coded ? period : truth->fast_at;
     for (uint32_t phase = 0; phase < 3u; phase++) {
         truth->over_at = fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase)) + truth->step > truth->over
                              ? period

@@ -6,6 +6,7 @@
 #include "host_sim/lab/campaign_parts.h"
 #include "host_sim/plant/plant.h"
 #include "medium/manoeuvre/manoeuvres.h"
+#include "medium/protect/encoder_watch.h"
 #include "medium/sequence.h"
 #include "settings/reasons.h"
 #include "tests/lab/courses.h"
@@ -310,6 +311,52 @@ static void test_without_encoder_too_fast_a_shaft_may_last_for_the_lag_of_the_lo
     expect_held();
     pass(3.0 * PERIOD);
     expect_violated(CAMPAIGN_I_TRIP_SPEED);
+}
+
+/* A step of psi_f moves a share of the speed from the feed-forward of the loop to its integral. A damping of
+ * 1 leaves (1 + x) exp(-x) of it, x = w_n t; with omega_c of a quarter of the bandwidth w_n is 51.9 at 200
+ * rad/s (docs/theory.md, 7), and 5 % are left after 91.3 ms. Then the shaft has the 30 ms of the lag. */
+static void test_too_fast_a_shaft_may_last_until_the_loop_has_followed_a_weak_magnet(void)
+{
+    static const struct {
+        double encoder, seconds;
+    } cases[] = {{0.0, 121.5e-3}, {1.0, 5e-3}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("weak_magnet", 0.4);
+        observed.quantities[CAMPAIGN_Q_encoder] = cases[n].encoder;
+        inject("", 0.0, 0.0);
+        set_rows("true_omega_m=233.2 omega_m_ref=233.2 speed_request=233.2");
+        pass(cases[n].seconds - 5.0 * PERIOD);
+        expect_held();
+        pass(10.0 * PERIOD);
+        expect_violated(CAMPAIGN_I_TRIP_SPEED);
+    }
+}
+
+/* The trip is 220 rad/s. The EMF denies an encoder from 1/0.7 of the rotor's speed on. */
+static void test_an_encoder_may_show_an_overspeed_that_the_emf_does_not_deny(void)
+{
+    static const struct {
+        const char *fault;
+        double encoder, speed;
+        int end;
+    } cases[] = {{"encoder_lines", 1.0, 155.0, HELD},
+                 {"encoder_lines", 1.0, 153.0, CAMPAIGN_I_REASON_TRUE},
+                 {"encoder_lines", 0.0, 155.0, CAMPAIGN_I_REASON_TRUE},
+                 {"", 1.0, 155.0, CAMPAIGN_I_REASON_TRUE}};
+    TEST_ASSERT_EQUAL_DOUBLE((double)ENCODER_WATCH_TURNS, (double)(float)CAMPAIGN_TURNS);
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew(cases[n].fault, 3300.0);
+        observed.quantities[CAMPAIGN_Q_encoder] = cases[n].encoder;
+        inject("", 0.0, 0.0);
+        put("true_omega_m", (float)cases[n].speed);
+        put("speed_request", (float)cases[n].speed);
+        put("omega_m_ref", (float)cases[n].speed);
+        pass(0.3);
+        set_rows(LATCHED("overspeed"));
+        pass(WINDOWS + PERIOD);
+        expect(cases[n].end, "overspeed");
+    }
 }
 
 static void test_a_reason_that_has_not_happened_is_a_violation(void)

@@ -62,8 +62,8 @@ static int32_t check_loop(loop_t *loop, double resistance, double inductance, do
 {
     const commission_tuning_t tuning = tuning_of();
     const winding_t settled = {.resistance = resistance};
-    const current_control_params_t params = {(float)resistance, (float)INDUCTANCE, (float)INDUCTANCE,
-                                             (float)(GAIN / PERIOD), (float)PERIOD};
+    const current_control_params_t params = {(float)resistance,      (float)INDUCTANCE, (float)INDUCTANCE,
+                                             (float)(GAIN / PERIOD), (float)PERIOD,     0.0f};
     const current_control_tuning_t control = current_control_prepare(&params);
     bench_t *bench = &loop->bench;
     *loop = (loop_t){.resistance = resistance, .inductance = inductance, .loss = 10.0, .noise = noise};

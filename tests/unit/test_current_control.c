@@ -50,6 +50,31 @@ static void test_axes_are_back_calculated_each_with_its_own_shortfall(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.095 * -2.0, (double)control.q.integral);
 }
 
+/* While an EMF rises by S [V/s] without a feed-forward, the integral rises by S as well, so that the current
+ * differs from its reference by S/ki. ki is R w_b = 950, or as `held` demands, up to L w_b^2/4 = 3125. */
+static void test_the_integral_of_the_q_axis_follows_a_rising_emf(void)
+{
+    static const double cases[][2] = {{0.0, 950.0}, {900.0, 950.0}, {2000.0, 2000.0}, {1e6, 3125.0}};
+    const double slope = 1000.0;
+    const double a = exp(-0.95 * 1e-4 / 0.0125);
+    for (unsigned n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        current_control_params_t params = PARAMS;
+        params.held = (float)cases[n][0];
+        current_control_t control;
+        begin(&control, &params);
+        double current = 0.0;
+        double acting = 0.0;
+        for (int k = 0; k < 2000; k++) {
+            const dq_t measured = {0.0f, (float)current};
+            const dq_t wanted = current_control_step(&control, NONE, measured, 0.0f, NONE);
+            current_control_applied(&control, wanted);
+            current = a * current + (1.0 - a) / 0.95 * (acting - slope * 1e-4 * (k + 0.5));
+            acting = (double)wanted.q;
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * slope / cases[n][1], -slope / cases[n][1], current);
+    }
+}
+
 /* The voltage in the stationary frame for a reference, a current and an EMF that are given in the
  * stationary frame, computed in a frame at `theta`. The winding is isotropic: except for the integrals the
  * control is the same in any frame. */

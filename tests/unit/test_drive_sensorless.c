@@ -335,6 +335,24 @@ static double told_after(double way)
     return (drive.fast.period - begin) * PERIOD;
 }
 
+/* The speed of control is that of the loop without its proportional part, and with it while the shaft counts
+ * as one that swings. */
+static void test_the_speed_contains_the_proportional_part_while_the_shaft_swings(void)
+{
+    given_sensorless(400.0);
+    for (uint32_t swings = 0u; swings < 2u; swings++) {
+        drive.medium.manoeuvres.run.swings = swings;
+        machine_windows(3);
+        machine.theta_e += 0.1; /* the detector is not zero */
+        machine_steps(3);
+        const estimate_t *estimate = &drive.fast.estimator.estimate;
+        const float expected = swings != 0u ? estimate->frame.omega_e : estimate->omega_smooth;
+        TEST_ASSERT_TRUE(estimate->frame.omega_e != estimate->omega_smooth);
+        TEST_ASSERT_EQUAL_FLOAT(expected * drive.medium.manoeuvres.limits.pole_pairs_inverse,
+                                drive.fast.omega_m);
+    }
+}
+
 /* Each of these rows turns its own criterion off; the lock has a criterion of its own. */
 static void test_a_lost_lock_is_reported_whatever_criteria_are_off(void)
 {

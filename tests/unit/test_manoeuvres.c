@@ -758,6 +758,19 @@ static void test_relocks_whose_runs_do_not_last_are_counted_as_tries(void)
     TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_LOST, m.failed);
 }
 
+/* The oscillation of a shaft may have caused the loss: the speed then contains the proportional part of the
+ * loop, until the bridge is switched on again. */
+static void test_after_a_loss_the_shaft_counts_as_one_that_swings(void)
+{
+    given_heavy_running(60.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, m.run.swings);
+    lose();
+    TEST_ASSERT_EQUAL_UINT32(1u, m.run.swings);
+    manoeuvres_end(&m);
+    start();
+    TEST_ASSERT_EQUAL_UINT32(0u, m.run.swings);
+}
+
 /* The losses of the previous operation do not count. */
 static void test_losses_begin_again_when_the_bridge_comes_on(void)
 {

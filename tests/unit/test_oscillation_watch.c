@@ -26,7 +26,7 @@ static double told(double hertz, double share, double rate, double most)
 {
     for (double t = 0.0; t < most; t += STEP) {
         const double swing = share * LIMIT * exp(rate * t) * sin(6.2831853 * hertz * t);
-        if (oscillation_watch_step(&watch, (float)(1.0 + swing), (float)reference)) {
+        if (oscillation_watch_step(&watch, (float)(1.0 + swing), (float)reference) == OSCILLATION_CERTAIN) {
             return t + STEP;
         }
     }
@@ -64,6 +64,39 @@ static void test_an_oscillation_is_reported_if_it_is_large_or_grows(void)
     }
 }
 
+/* The time [s] of the first sign of such a sine, 0 if there is none within `most` [s]. */
+static double begun(double hertz, double share, double rate, double most)
+{
+    for (double t = 0.0; t < most; t += STEP) {
+        const double swing = share * LIMIT * exp(rate * t) * sin(6.2831853 * hertz * t);
+        if (oscillation_watch_step(&watch, (float)(1.0 + swing), (float)reference) == OSCILLATION_BEGINS) {
+            return t + STEP;
+        }
+    }
+    return 0.0;
+}
+
+/* Two waves that are each larger than the last one by more than 1.15: the one before them is the first or the
+ * second wave, because the filters settle in the first. With 1.3 per wave an amplitude of 0.4 % is above 2 %
+ * after ln(5)/ln(1.3) = 6.1 waves, behind the filters a wave later. A growth of 1.1 per wave, a constant and
+ * a decreasing swing are none. */
+static void test_the_first_sign_of_a_quick_growth_is_reported_within_a_few_waves(void)
+{
+    static const struct {
+        double hertz, share, growth, earliest, latest; /* [Hz], [-] of the limit, [-] a wave, [waves] */
+    } cases[] = {{50.0, 0.02, 1.3, 2.0, 4.5},  {26.0, 0.02, 1.25, 2.0, 4.5}, {72.0, 0.02, 1.7, 2.0, 4.5},
+                 {50.0, 0.004, 1.3, 6.1, 9.5}, {50.0, 0.02, 1.1, 0.0, 0.0},  {75.0, 0.04, 1.0, 0.0, 0.0},
+                 {75.0, 0.09, 0.9, 0.0, 0.0},  {400.0, 0.02, 1.3, 0.0, 0.0}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        const double hertz = cases[n].hertz;
+        const double waves = hertz * begun(hertz, cases[n].share, hertz * log(cases[n].growth), 16.0 / hertz);
+
+        TEST_ASSERT_TRUE(cases[n].latest == 0.0 ? waves == 0.0
+                                                : waves > cases[n].earliest && waves < cases[n].latest);
+    }
+}
+
 /* A load that rises by a tenth of the limit in a second moves the half-waves apart, not the waves. */
 static void test_a_growth_is_reported_on_a_torque_that_changes(void)
 {
@@ -71,7 +104,7 @@ static void test_a_growth_is_reported_on_a_torque_that_changes(void)
     for (double t = 0.0; t < 1.0; t += STEP) {
         const double swing = 0.01 * LIMIT * exp(2.2 * t) * sin(6.2831853 * 26.0 * t);
         const float i_q_ref = (float)(1.0 + 0.1 * LIMIT * t + swing);
-        found = oscillation_watch_step(&watch, i_q_ref, (float)reference) || found;
+        found = oscillation_watch_step(&watch, i_q_ref, (float)reference) == OSCILLATION_CERTAIN || found;
     }
     TEST_ASSERT_TRUE(found);
 }
@@ -85,7 +118,8 @@ static void test_a_ripple_that_follows_the_speed_is_not_an_oscillation(void)
     for (double t = 0.0; t < 0.3; t += STEP) {
         phase += STEP * 6.2831853 * (75.0 - 50.0 / 0.3 * t);
         const double swing = 0.01 * LIMIT * exp(3.66 * t) * sin(phase);
-        TEST_ASSERT_FALSE(oscillation_watch_step(&watch, (float)(1.0 + swing), (float)reference));
+        TEST_ASSERT_TRUE(oscillation_watch_step(&watch, (float)(1.0 + swing), (float)reference) !=
+                         OSCILLATION_CERTAIN);
     }
 }
 
@@ -94,7 +128,7 @@ static void test_noise_is_not_an_oscillation(void)
     srand(7);
     for (int n = 0; n < 100000; n++) {
         const float noise = 2.0f * ((float)rand() / (float)RAND_MAX - 0.5f);
-        TEST_ASSERT_FALSE(oscillation_watch_step(&watch, noise, (float)reference));
+        TEST_ASSERT_TRUE(oscillation_watch_step(&watch, noise, (float)reference) != OSCILLATION_CERTAIN);
     }
 }
 

@@ -23,7 +23,7 @@ static double mtpa(void)
            (FLUX + sqrt(FLUX * FLUX + 8.0 * saliency * saliency * CURRENT * CURRENT));
 }
 
-static void begin(double ratio, double resistance)
+static void begin_with(double ratio, double resistance, double current)
 {
     l_d = L_Q / ratio;
     saliency = L_Q - l_d;
@@ -32,13 +32,18 @@ static void begin(double ratio, double resistance)
         .inductance_d = (float)l_d,
         .inductance_q = (float)L_Q,
         .resistance = (float)resistance,
-        .current_max = (float)CURRENT,
+        .current_max = (float)current,
         .i_d_mtpa = (float)mtpa(),
         .use = (float)USE,
         .period = (float)PERIOD,
     };
     const weakening_tuning_t tuning = weakening_prepare(&params);
     weakening_init(&weakening, &tuning);
+}
+
+static void begin(double ratio, double resistance)
+{
+    begin_with(ratio, resistance, CURRENT);
 }
 
 static void look(double omega)
@@ -187,12 +192,12 @@ static void test_the_trim_brings_the_voltage_to_its_share(void)
         i_d = weakening_i_d(&weakening, 2.0f, 0.0f, 1500.0f);
     }
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * USE * U_DC, USE * U_DC, asked);
-    TEST_ASSERT_TRUE(weakening.trim < -0.02f && weakening.trim > -0.2f);
+    TEST_ASSERT_TRUE(weakening.trim < -0.02f && weakening.trim > -0.25f);
     for (int k = 0; k < 400; k++) { /* the voltage does not depend on i_d, and the trim reaches its end */
         weakening_look(&weakening, (float)U_DC, 1500.0f, (dq_t){1e3f, 0.0f});
         (void)weakening_i_d(&weakening, 2.0f, 0.0f, 1500.0f);
     }
-    TEST_ASSERT_EQUAL_FLOAT(-0.2f, weakening.trim);
+    TEST_ASSERT_EQUAL_FLOAT(-0.25f, weakening.trim);
 }
 
 /* At 1400 rad/s 150 V permit 107 mWb: the configured 100 mWb need no weakening, the true 120 mWb do. The
@@ -209,4 +214,25 @@ static void test_the_voltage_alone_begins_the_weakening(void)
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * USE * U_DC, USE * U_DC, asked);
     TEST_ASSERT_TRUE(i_d < -1.0f);
+}
+
+/* At 1350 rad/s 150 V permit 111 mWb. The configured 100 mWb and the 10 mWb of 0.5 A permit any current, but
+ * the true 120 mWb need 162 V. A trim of -0.25 leaves 83 mWb, for which -1.7 A would be needed: i_d reaches
+ * the limit of the current. */
+static void test_the_voltage_begins_the_weakening_where_the_configured_flux_permits_any_current(void)
+{
+    begin_with(2.0, 0.0, 0.5);
+    weakening.tuning.i_d_mtpa = 0.0f;
+    float i_d = 0.0f;
+    for (int k = 0; k < 400; k++) {
+        const double asked = 1350.0 * (1.2 * FLUX + l_d * (double)i_d);
+        weakening_look(&weakening, (float)U_DC, 1350.0f, (dq_t){0.0f, (float)asked});
+        i_d = weakening_i_d(&weakening, 0.0f, 0.0f, 1350.0f);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, -0.5, (double)i_d);
+    for (int k = 0; k < 100; k++) { /* below the voltage nothing remains */
+        weakening_look(&weakening, (float)U_DC, 1200.0f, (dq_t){0.0f, 144.0f});
+        i_d = weakening_i_d(&weakening, 0.0f, 0.0f, 1200.0f);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, i_d);
 }

@@ -1,6 +1,16 @@
 #include "fast/control/current_control.h"
 
+#include "math/bounds.h"
 #include "math/root.h"
+
+#define HELD_MOST                                                                                            \
+    0.25f /* [-] of kp and bandwidth: with R = 0 both poles of the response to an EMF are equal */
+
+float current_control_integral(const current_control_params_t *params)
+{
+    const float most = HELD_MOST * params->inductance_q * params->bandwidth * params->bandwidth;
+    return bounds_more(params->resistance * params->bandwidth, bounds_less(params->held, most));
+}
 
 current_control_tuning_t current_control_prepare(const current_control_params_t *params)
 {
@@ -12,7 +22,8 @@ current_control_tuning_t current_control_prepare(const current_control_params_t 
         .inductance_q = params->inductance_q,
         .lead = 1.0f - slow + 0.5f * gain,
         .d = pi_prepare(params->inductance_d * params->bandwidth, ki, params->period),
-        .q = pi_prepare(params->inductance_q * params->bandwidth, ki, params->period),
+        .q = pi_prepare(params->inductance_q * params->bandwidth, current_control_integral(params),
+                        params->period),
     };
 }
 

@@ -4,9 +4,10 @@
  *     u_d = kp_d (i_d_ref - i_d) + I_d - omega L_q x_q + e_d
  *     u_q = kp_q (i_q_ref - i_q) + I_q + omega L_d x_d + e_q
  *     kp = L bandwidth,   ki = R bandwidth,   x = i + m (i_ref - i)
+ *     ki of the q axis is larger if `held` demands it, but at most kp_q bandwidth/4
  *
- * The zero of the PI controller cancels the pole R/L of the winding. The feed-forward cancels the
- * cross-coupling and the EMF e that the caller supplies: (0, omega psi_f) in the frame of the rotor. What
+ * Without `held`, the zero of the PI controller cancels the pole R/L of the winding. The feed-forward cancels
+ * the cross-coupling and the EMF e that the caller supplies: (0, omega psi_f) in the frame of the rotor. What
  * remains is an integrator with the gain `bandwidth` and a delay of 1.5 periods (the voltage of period k acts
  * from t_k+1 to t_k+2). With K = bandwidth * period the closed loop is z^2 - z + K = 0 (docs/theory.md, 15):
  * it has no overshoot up to K = 0.25 and is unstable from K = 1. During the delay the frame turns, so that a
@@ -36,6 +37,7 @@ typedef struct {
     float bandwidth; /* of the closed loop [rad/s], > 0; bandwidth * period is at most 0.25 for a loop without
                         overshoot */
     float period;    /* T [s] */
+    float held;      /* least ki of the q axis, >= 0, against an EMF that changes faster than e [V/(A s)] */
 } current_control_params_t;
 
 typedef struct {
@@ -55,6 +57,9 @@ typedef struct {
     dq_t current_err;   /* reference minus current in the last step [A] */
     dq_t voltage_ref;   /* output of the last step [V] */
 } current_control_t;
+
+/* The integral gain of the q axis [V/(A s)]. */
+float current_control_integral(const current_control_params_t *params);
 
 /* Computes the coefficients. Two divisions. The bandwidth times the period is at most 0.5. */
 current_control_tuning_t current_control_prepare(const current_control_params_t *params);

@@ -99,6 +99,7 @@ typedef struct {
     int32_t lock;          /* [-] lock_order_t, of the first period */
     dq_t current;          /* reference in this frame, at the end of the window [A]; q: for speed zero */
     float stiffness;       /* decrease of i_q with the speed of each period [A s/rad], mechanical */
+    uint32_t smooth;       /* [-] 1: the speed is the one without the proportional part of the loop */
     dq_t dither;           /* added to the reference from the first period on [A] */
     float omega_m_ref;     /* present speed reference [rad/s], mechanical */
     float driving_limit; /* of i_q in the direction of the speed [A], by heat, by the i_d that a hand-over has

@@ -98,6 +98,7 @@ void manoeuvres_begin(manoeuvres_t *m, float omega_m, setpoint_t *setpoint)
     m->failed = 0u;
     m->encoder_lost = 0u;
     m->other_source = 0u;
+    m->run.swings = 0u;
     run_calm(&m->run, true);
     (void)source(m, m->limits.sensorless);
     if (m->sensorless != 0u) {

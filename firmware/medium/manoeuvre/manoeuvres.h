@@ -125,10 +125,11 @@ typedef struct {
     uint32_t align_windows;    /* [windows] duration of an alignment */
     uint32_t fallback_periods; /* [periods] for which the EMF may be missing in a reversal */
     uint32_t start_tries;      /* [-] */
-    uint32_t smooth;           /* [-] 1: the speed is used without the loop's proportional part */
-    uint32_t slow_loop;        /* [-] 1: the tracking loop is too slow for inertia and current limit */
-    uint32_t judging;          /* [-] 1: the lock is judged */
-    int32_t encoder_fault;     /* [-] encoder_fault_reaction_t: reaction to a wrong encoder */
+    uint32_t
+        smooth; /* [-] 1: the speed is used without the loop's proportional part, unless the shaft swings */
+    uint32_t slow_loop;    /* [-] 1: the tracking loop is too slow for inertia and current limit */
+    uint32_t judging;      /* [-] 1: the lock is judged */
+    int32_t encoder_fault; /* [-] encoder_fault_reaction_t: reaction to a wrong encoder */
 } manoeuvres_limits_t;
 
 typedef struct {

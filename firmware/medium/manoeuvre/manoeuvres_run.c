@@ -128,6 +128,7 @@ static void lose(manoeuvres_t *m, const estimate_t *estimate, setpoint_t *setpoi
     }
     m->losses.count++;
     m->losses.relocks = 0u;
+    m->run.swings = 1u;
     m->losses.clock[1] = m->losses.clock[0];
     m->losses.clock[0] = m->clock;
     manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, MANOEUVRE_CATCH_PERIODS, lost_speed(estimate), setpoint);

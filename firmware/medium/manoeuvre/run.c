@@ -18,6 +18,7 @@ void run_init(run_t *run, const run_tuning_t *tuning)
     run->apart = tuning->saliency;
     run->steep = tuning->saliency;
     run->calm = 1.0f;
+    run->swings = 0u;
     run->stiff = 1.0f;
     run->low_kept = 1.0f;
     weakening_init(&run->weakening, &tuning->weakening);

@@ -61,6 +61,7 @@ typedef struct {
     speed_control_t speed;
     float omega_m_ref;  /* present reference [rad/s], mechanical */
     float calm;         /* factor on the bandwidth of the speed control [-]; 1: as configured */
+    uint32_t swings;    /* [-] 1: it made the shaft swing, or the rotor was lost: the speed must not lag */
     float stiff;        /* another one [-], above 1 while the load changes from the brake to the motor */
     float low_kept;     /* [-] 1: low_current is kept; 0: not needed with an encoder */
     float i_d_left;     /* remaining i_d of a hand-over [A] */

@@ -7,8 +7,9 @@
 #include "math/root.h"
 
 #define TRIM_RATE    100.0f /* [1/s] */
-#define TRIM_MOST    0.2f   /* [-] */
+#define TRIM_MOST    0.25f  /* [-] FLUX_WRONG, and the errors of L and R */
 #define TRIM_FORGETS 0.9f   /* [-] share that remains one step later, while the voltage is no limit */
+#define FLUX_WRONG   1.3f   /* [-] true flux over the assumed one, at most */
 #define ASKED_MOST   1.3f   /* [-] of `use`: a requested voltage counts up to this */
 #define FLUX_SHARE   0.5f   /* low-pass of psi_m: link and speed are noisy [-] */
 #define HALVINGS     12     /* of the range of i_d: 10 A to 3 mA */
@@ -100,9 +101,8 @@ static void limit(weakening_t *weakening)
  * if the requested voltage exceeds u although psi_f and L as configured leave enough voltage. Otherwise the
  * torque of a rotor with a larger psi_f would be limited by the voltage without i_d, and the torque of the
  * speed control would grow to its limit meanwhile. */
-static void trim(weakening_t *weakening, float u, dq_t voltage)
+static void trim(weakening_t *weakening, float u, float square)
 {
-    const float square = voltage.d * voltage.d + voltage.q * voltage.q;
     if (weakening->weakens == 0u && square <= u * u) {
         weakening->trim *= TRIM_FORGETS;
         return;
@@ -119,8 +119,11 @@ void weakening_look(weakening_t *weakening, float u_dc, float omega_e, dq_t volt
     const float u = tuning->use * u_dc;
     const float speed = bounds_magnitude(omega_e);
     const bool looked = weakening->looks != 0u;
-    const bool may = tuning->use > 0.0f && u > 0.0f &&
-                     speed * tuning->flux_bound + tuning->resistance * tuning->current_max > u;
+    const float square = voltage.d * voltage.d + voltage.q * voltage.q;
+    const bool short_of = weakening->trim < 0.0f || square > u * u;
+    const float bound = short_of ? FLUX_WRONG * tuning->flux_bound : tuning->flux_bound;
+    const bool may =
+        tuning->use > 0.0f && u > 0.0f && speed * bound + tuning->resistance * tuning->current_max > u;
     weakening->looks = may ? UINT32_C(1) : UINT32_C(0);
     if (!may) {
         weakening->trim = 0.0f;
@@ -128,7 +131,7 @@ void weakening_look(weakening_t *weakening, float u_dc, float omega_e, dq_t volt
         weakening->drop = 0.0f;
         return;
     }
-    trim(weakening, u, voltage);
+    trim(weakening, u, square);
     const float left = u * (1.0f + weakening->trim) - weakening->drop;
     const float flux = left > 0.0f ? left / speed : 0.0f;
     const float most = bounds_less(flux, tuning->flux_bound);

@@ -11,6 +11,8 @@
 #define GROWS_BY    1.1f   /* [-] a step of growth, or of decay */
 #define GROWN_LEAST 0.005f /* [-] of the current limit */
 #define SUSTAINED   0.1f   /* [-] of the current limit */
+#define RISES_BY    1.15f  /* [-] a wave over the last one */
+#define BEGINS      0.02f  /* [-] of the current limit */
 #define SHORTEST    6u     /* [steps] of a wave */
 #define IRREGULAR   5u     /* tolerance: this part of the first wave, and a step */
 #define SLOWEST     32u    /* [waves] longest step of growth */
@@ -24,6 +26,7 @@ oscillation_watch_tuning_t oscillation_watch_prepare(const oscillation_watch_par
         .fast_share = lowpass_share(FAST_SHARE * params->fast, period),
         .growing = GROWN_LEAST * least,
         .sustained = SUSTAINED * least,
+        .begins = 2.0f * BEGINS * params->current_limit,
         .longest = periods_of(TWO_PI / params->slow, period),
     };
 }
@@ -34,10 +37,13 @@ void oscillation_watch_init(oscillation_watch_t *watch, const oscillation_watch_
     oscillation_watch_take(watch, tuning);
 }
 
-/* The count begins with a wave of this length [steps]; 0: none yet. */
-static void begin_anew(oscillation_watch_t *watch, uint32_t length)
+/* The count begins with a wave of this length [steps] and this sum [A]; 0: none yet. */
+static void begin_anew(oscillation_watch_t *watch, uint32_t length, float wave)
 {
     watch->sum = 0.0f;
+    watch->wave = 0.0f;
+    watch->last = wave;
+    watch->rises = 0u;
     watch->step = 0.0f;
     watch->first = length;
     watch->waves = 0u;
@@ -70,26 +76,38 @@ static bool judge_block(oscillation_watch_t *watch)
     return grown || watch->large >= OSCILLATION_SUSTAINED;
 }
 
-/* Counts a complete wave of nearly the length of the first one; true if it makes the oscillation certain. */
-static bool judge_wave(oscillation_watch_t *watch)
+/* True if this wave with this sum [A] is the last one of a rise. */
+static bool judge_rise(oscillation_watch_t *watch, float wave)
+{
+    watch->rises = wave > RISES_BY * watch->last ? watch->rises + 1u : 0u;
+    watch->last = wave;
+    return watch->rises >= OSCILLATION_RISES && wave > watch->tuning.begins;
+}
+
+/* Counts a complete wave of nearly the length of the first one. */
+static oscillation_t judge_wave(oscillation_watch_t *watch)
 {
     const uint32_t first = watch->first;
     const uint32_t length = watch->length;
     const uint32_t apart = length > first ? length - first : first - length;
+    const float wave = watch->wave;
     watch->length = 0u;
     if (first == 0u || length < SHORTEST || apart * IRREGULAR > first + IRREGULAR) {
-        begin_anew(watch, length);
-        return false;
+        begin_anew(watch, length, wave);
+        return OSCILLATION_NONE;
     }
+    watch->wave = 0.0f;
+    watch->sum += wave;
     watch->waves++;
+    const bool begins = judge_rise(watch, wave);
     if (watch->waves % OSCILLATION_WAVES != 0u || !judge_block(watch)) {
-        return false;
+        return begins ? OSCILLATION_BEGINS : OSCILLATION_NONE;
     }
-    begin_anew(watch, 0u);
-    return true;
+    begin_anew(watch, 0u, 0.0f);
+    return OSCILLATION_CERTAIN;
 }
 
-bool oscillation_watch_step(oscillation_watch_t *watch, float i_q_ref, float omega_m_ref)
+oscillation_t oscillation_watch_step(oscillation_watch_t *watch, float i_q_ref, float omega_m_ref)
 {
     const oscillation_watch_tuning_t *tuning = &watch->tuning;
     if (watch->length == 0u || omega_m_ref != watch->reference) {
@@ -98,23 +116,25 @@ bool oscillation_watch_step(oscillation_watch_t *watch, float i_q_ref, float ome
         watch->length = 1u;
         watch->peak = 0.0f;
         watch->reference = omega_m_ref;
-        begin_anew(watch, 0u);
-        return false;
+        begin_anew(watch, 0u, 0.0f);
+        return OSCILLATION_NONE;
     }
     const float last = watch->fast;
     watch->slow = lowpass_step(watch->slow, tuning->slow_share, i_q_ref);
     watch->fast = lowpass_step(last, tuning->fast_share, i_q_ref - watch->slow);
     const float amount = bounds_magnitude(watch->fast);
-    bool told = false;
+    oscillation_t found = OSCILLATION_NONE;
     if (last * watch->fast < 0.0f) {
-        watch->sum += watch->peak;
+        watch->wave += watch->peak;
         watch->peak = 0.0f;
-        told = watch->fast > 0.0f && judge_wave(watch);
+        if (watch->fast > 0.0f) {
+            found = judge_wave(watch);
+        }
     }
     watch->peak = bounds_more(watch->peak, amount);
     watch->length++;
     if (watch->length > tuning->longest) {
-        begin_anew(watch, 0u);
+        begin_anew(watch, 0u, 0.0f);
     }
-    return told;
+    return found;
 }

@@ -18,7 +18,13 @@
  * fast and for a slow growth. A ripple that the motor itself makes (offsets, unequal legs, harmonics) is
  * regular, but it does not grow at a constant speed and is smaller than that. A resonance that noise excites
  * is regular, too; its amplitude grows and decays by chance, is smaller, and one of 2^4 series of four steps
- * contains growth only. A change of the speed reference restarts the count. Does not handle: a load that
+ * contains growth only.
+ *
+ * The first sign of a growth is reported earlier: OSCILLATION_RISES waves in succession that are each larger
+ * than the last one by 1.15, up to an amplitude above 2 % of the current limit. A ripple whose frequency
+ * approaches a resonance may cause it, too. It is therefore no reason to reduce the gain.
+ *
+ * A change of the speed reference restarts the count. Does not handle: a load that
  * itself swings in this band with a tenth of the torque; it is reported as an oscillation.
  *
  * One step per `every` T; no division. */
@@ -31,6 +37,13 @@
 #define OSCILLATION_WAVES     2u  /* [waves] of a block */
 #define OSCILLATION_GROWTHS   4u  /* [steps of growth] in succession */
 #define OSCILLATION_SUSTAINED 12u /* [blocks] in succession */
+#define OSCILLATION_RISES     2u  /* [waves] in succession, each larger than the last one */
+
+typedef enum {
+    OSCILLATION_NONE,
+    OSCILLATION_BEGINS, /* the first sign */
+    OSCILLATION_CERTAIN /* the loop oscillates */
+} oscillation_t;
 
 typedef struct {
     float slow;          /* bandwidth of the speed loop [rad/s], > 0 */
@@ -45,6 +58,7 @@ typedef struct {
     float fast_share; /* [-] */
     float growing;    /* least sum of a block that grows [A] */
     float sustained;  /* the same for a sustained one [A] */
+    float begins;     /* least sum of a wave that is a first sign [A] */
     uint32_t longest; /* [steps] of a wave */
 } oscillation_watch_tuning_t;
 
@@ -55,11 +69,14 @@ typedef struct {
     float reference;  /* speed reference of the last step [rad/s] */
     float peak;       /* largest |y| of this half-wave [A] */
     float sum;        /* of the peaks in this block [A] */
+    float wave;       /* of the peaks in this wave [A] */
+    float last;       /* the same of the last wave [A] */
     float step;       /* the sum with which the last step of growth or decay ended [A]; 0: none */
     uint32_t length;  /* [steps] of this wave so far; 0: the low-passes have not started */
     uint32_t first;   /* [steps] of the wave with which the count began; 0: none */
     uint32_t waves;   /* [waves] since the last step of growth or decay */
     uint32_t growths; /* [-] steps of growth in succession */
+    uint32_t rises;   /* [waves] in succession that are larger than the last one */
     uint32_t large;   /* [blocks] in succession that are large enough for a sustained oscillation */
 } oscillation_watch_t;
 
@@ -82,8 +99,9 @@ static inline void oscillation_watch_rest(oscillation_watch_t *watch)
     watch->length = 0u;
 }
 
-/* Torque reference [A] and mechanical speed reference [rad/s]. Returns true if the loop oscillates; it is
- * reported once, and the count restarts. */
-bool oscillation_watch_step(oscillation_watch_t *watch, float i_q_ref, float omega_m_ref);
+/* Torque reference [A] and mechanical speed reference [rad/s]. Returns OSCILLATION_CERTAIN if the loop
+ * oscillates; it is reported once, and the count restarts. The first sign of it is returned at the end of
+ * each wave that contains one. */
+oscillation_t oscillation_watch_step(oscillation_watch_t *watch, float i_q_ref, float omega_m_ref);
 
 #endif

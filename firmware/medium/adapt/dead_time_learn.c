@@ -18,6 +18,7 @@
  * multiplication with sin 12 phi. */
 #define NOISE_SQUARE (0.66666667f / (ALONG * POWER * ALONG * POWER))
 #define DEVIATIONS   4.0f /* [-] of the noise */
+#define SWINGS       8.0f /* [-] weight of the square of a swing: its effect may last, and is not independent */
 #define PRESENT      0.5f /* [-] of the least square of the current: least of the present one */
 #define SMOOTH       2.0f /* [-] cut-off of the used value over the speed: the twelfth harmonic is left by 1/6 */
 
@@ -166,14 +167,15 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
-/* The variance that the noise of the sensors has caused in the learnt value after a step of this share
- * [-]. */
+/* The variance that the noise of the sensors and a rotor that swings have caused in the learnt value after a
+ * step of this share [-]: the swing is the motion of the value about its low-pass. */
 static void scatter(dead_time_learn_t *learn, const dead_time_learn_input_t *input, float share,
                     float per_volt)
 {
     const float per_ampere = input->omega_e_ref * per_volt;
     const float noise = learn->tuning.reactance_square * per_ampere * per_ampere * input->noise;
-    learn->variance += share * (share * noise + (share - 2.0f) * learn->variance);
+    const float swing = learn->learnt - learn->smooth;
+    learn->variance += share * (share * noise + SWINGS * swing * swing + (share - 2.0f) * learn->variance);
 }
 
 /* The parameters stay in use until the learnt value differs from them by more than noise can explain. */

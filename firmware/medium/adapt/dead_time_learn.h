@@ -107,7 +107,7 @@ typedef struct {
     float effective; /* T_e/T in use [-] */
     float learnt;    /* T_e/T as learnt [-] */
     float smooth;    /* low-pass of `learnt` [-] */
-    float variance;  /* of `learnt` by the noise of the sensors [-] */
+    float variance;  /* of `learnt` by the noise of the sensors and its swing [-] */
     uint32_t model;  /* of the observer in the last step [-] */
     float rate;      /* present rate [1/s] */
     float ripple; /* [-] mean of (DEAD_TIME_LEARN_SWINGS e T/(L |i|))^2 of the steps that `learnt` contains */

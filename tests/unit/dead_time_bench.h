@@ -30,6 +30,7 @@ typedef struct {
     double omega;     /* [rad/s] electrical */
     double theta;     /* [rad] */
     double current;   /* [A] */
+    double longer;    /* [-] by which the current is longer and shorter, six times per turn */
     double ahead;     /* [rad] by which the current leads the d axis */
     double fifth;     /* [-] fifth harmonic of the EMF */
     double seventh;   /* [-] seventh harmonic of the EMF */
@@ -39,6 +40,7 @@ typedef struct {
     double flux;      /* [-] of psi_f: the flux that the observer's model shows */
     double faster;    /* [rad/s] by which the rotor is faster than its reference, at the maximum of a swing */
     double swing;     /* [rad/s] frequency of this swing */
+    double damps;     /* [rad] by which the direction of the current swings with the rotor's speed */
     double time;      /* [s] since the begin of the swing */
     uint32_t model;   /* [-] of the observer */
     uint32_t periods; /* [periods] since the begin of the means */
@@ -116,8 +118,10 @@ static inline period_t next(void)
     const double faster = world.faster * sin(world.swing * world.time);
     const double ahead =
         world.swing > 0.0 ? -world.faster / world.swing * cos(world.swing * world.time) : 0.0;
-    const double dwelling = world.dwells * sin(6.0 * (world.theta + world.ahead));
-    const double complex current = world.current * cexp(J * (world.theta + world.ahead - dwelling));
+    const double along = world.theta + world.ahead + world.damps * sin(world.swing * world.time);
+    const double dwelling = world.dwells * sin(6.0 * along);
+    const double length = world.current * (1.0 + world.longer * cos(6.0 * along));
+    const double complex current = length * cexp(J * (along - dwelling));
     const double complex lost = TRUE * LINK * signs_of(current, false);
     const double complex assumed = (double)world.learn.effective * LINK * signs_of(current, true);
     const double sixth = 6.0 * world.theta;

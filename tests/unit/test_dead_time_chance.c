@@ -63,6 +63,33 @@ static void test_a_swinging_rotor_does_not_replace_right_parameters(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.005, 0.029, most);
 }
 
+/* A rotor swings through half a radian, with an EMF of 4.4 V across the current, and the damping turns the
+ * current by 0.4 rad, which are 4.8 rad of the twelfth harmonic. At some of the speeds a harmonic of the
+ * swing coincides with it. The learnt value moves by up to a quarter of the dead band; right parameters stay
+ * in use. */
+static void test_a_rotor_that_swings_far_does_not_replace_right_parameters(void)
+{
+    double most = 0.0;
+    for (int32_t n = 0; n < 40; n++) {
+        setUp();
+        dead_time_learn_params_t params = PARAMS;
+        params.rate = 6.0f;
+        params.effective = (float)TRUE;
+        take(&params);
+        world.ahead = 0.0;
+        world.omega = 26.0 + 0.2 * n;
+        world.faster = 24.0;
+        world.swing = 43.0;
+        world.damps = n % 2 == 0 ? -0.4 : 0.4;
+        for (int32_t k = 0; k < 4000; k++) {
+            turn(PERIOD);
+            most = fmax(most, fabs(unlearnt()) * TRUE / BAND);
+            TEST_ASSERT_EQUAL_FLOAT((float)TRUE, world.learn.effective);
+        }
+    }
+    TEST_ASSERT_TRUE(most > 2.0 * (double)DEAD_TIME_LEARN_CHANCE);
+}
+
 static double random_normal(uint32_t *state)
 {
     double sum = -6.0;

@@ -81,6 +81,27 @@ static void test_an_uneven_current_teaches_the_same(void)
     }
 }
 
+/* The length of the current changes by 2 % six times per turn, and its mean is 1 % above or below the least
+ * current, seven times the zone. In every second twelfth of a turn it is on the other side. The EMF has a
+ * fifth harmonic, whose product with the twelfth of the signs has a mean in these parts of a turn alone.
+ * Above the limit the whole turn counts, below it nothing. */
+static void test_a_current_whose_length_passes_the_limit_counts_with_its_mean(void)
+{
+    static const double sides[] = {1.01, 0.99};
+    for (int32_t n = 0; n < 4; n++) {
+        setUp();
+        dead_time_learn_params_t params = PARAMS;
+        params.effective = (float)TRUE;
+        params.zone = (float)(world.current / 7.0 / sides[n % 2]);
+        take(&params);
+        world.fifth = 0.03;
+        world.longer = n < 2 ? 0.02 : -0.02;
+        turn(10.0);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, unlearnt());
+        TEST_ASSERT_EQUAL(n % 2 == 0, world.learn.rate < 0.2f * (float)RATE);
+    }
+}
+
 /* At the initial rate the parameters are used until the learnt value differs from them by 0.08 of the dead
  * band, and at a tenth of this rate by 0.008. */
 static void test_only_what_is_more_than_chance_is_used(void)

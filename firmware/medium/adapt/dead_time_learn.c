@@ -18,6 +18,8 @@
  * multiplication with sin 12 phi. */
 #define NOISE_SQUARE (0.66666667f / (ALONG * POWER * ALONG * POWER))
 #define DEVIATIONS   4.0f /* [-] of the noise */
+#define SWINGS       8.0f /* [-] weight of the square of a swing: its effect may last, and is not independent */
+#define PRESENT      0.5f /* [-] of the least square of the current: least of the present one */
 #define SMOOTH       2.0f /* [-] cut-off of the used value over the speed: the twelfth harmonic is left by 1/6 */
 
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
@@ -79,21 +81,27 @@ static inline bool same(ab_t a, ab_t b)
     return a.alpha == b.alpha && a.beta == b.beta;
 }
 
-/* True if an error of the dead time can be measured: the current, whose square [A^2] this is, is large
- * enough, and the speed suits the dead band's voltage [V] and is low enough for the steps. A value that is
- * not a number is never visible. */
+/* The least square of the current with which an error of the dead time can be measured [A^2]. */
+static float least_square(const dead_time_learn_tuning_t *tuning, const dead_time_learn_input_t *input)
+{
+    const float swing = tuning->swing * tuning->flux_linkage * input->omega_e_ref;
+    const float noise = DEAD_TIME_LEARN_NOISES * input->noise;
+    return bounds_more(tuning->current_square, bounds_more(swing * swing, noise));
+}
+
+/* True if the speed suits the dead band's voltage [V] and is low enough for the steps, and the current, whose
+ * square [A^2] this is, has a direction. A value that is not a number is never visible. */
 static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_learn_input_t *input,
                     float square, float band)
 {
     const float due = tuning->flux_linkage * bounds_magnitude(input->omega_e_ref);
     const float turn = 12.0f * tuning->period * input->omega_e_ref;
     const float least = DEAD_TIME_LEARN_EMF_LEAST * due;
-    const float swing = tuning->swing * due;
     const float seen = square_of(input->emf);
     return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_MAX * band &&
            bounds_within(turn, DEAD_TIME_LEARN_TURN) && seen > least * least &&
-           seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT && square > tuning->current_square &&
-           square > swing * swing && square > DEAD_TIME_LEARN_NOISES * input->noise &&
+           seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT &&
+           square > PRESENT * least_square(tuning, input) &&
            square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
 }
 
@@ -115,7 +123,7 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
 
 /* Updates the slow means, the angle by which the current's direction has turned, and
  * whether the current is constant. */
-static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along)
+static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along, float square)
 {
     if (learn->begun == 0u) {
         learn->begun = 1u;
@@ -124,6 +132,7 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
         learn->along_mean = along;
         learn->along = along;
         learn->against = (ab_t){0.0f, 0.0f};
+        learn->square = square;
     }
     const float turn = learn->tuning.period * input->omega_e_ref;
     const float share = bounds_magnitude(turn);
@@ -133,6 +142,7 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     learn->omega_ref = input->omega_e_ref;
     learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
     learn->along_mean = follow(learn->along_mean, turn, share, along);
+    learn->square = lowpass_step(learn->square, share, square);
     learn->rest = (ab_t){input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
     const ab_t against = product(learn->rest, along);
     learn->against.alpha = lowpass_step(learn->against.alpha, share, against.alpha);
@@ -144,26 +154,28 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     learn->current = input->current;
 }
 
-/* True if the speed is near its reference, the current turns with both, and the current
+/* True if the speed is near its reference, the current is large enough and turns with both, and the current
  * measurement is consistent. Sensors with a wrong gain or offset leave a larger EMF against
  * the current than unequal legs do. */
 static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
 {
+    const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const float missing = input->omega_e_ref - input->omega_e;
     const float against = DEAD_TIME_LEARN_AGAINST * band;
-    return square_of(learn->against) < against * against &&
-           bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
+    return learn->square > least_square(tuning, input) && square_of(learn->against) < against * against &&
+           bounds_within(tuning->flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
-/* The variance that the noise of the sensors has caused in the learnt value after a step of this share
- * [-]. */
+/* The variance that the noise of the sensors and a rotor that swings have caused in the learnt value after a
+ * step of this share [-]: the swing is the motion of the value about its low-pass. */
 static void scatter(dead_time_learn_t *learn, const dead_time_learn_input_t *input, float share,
                     float per_volt)
 {
     const float per_ampere = input->omega_e_ref * per_volt;
     const float noise = learn->tuning.reactance_square * per_ampere * per_ampere * input->noise;
-    learn->variance += share * (share * noise + (share - 2.0f) * learn->variance);
+    const float swing = learn->learnt - learn->smooth;
+    learn->variance += share * (share * noise + SWINGS * swing * swing + (share - 2.0f) * learn->variance);
 }
 
 /* The parameters stay in use until the learnt value differs from them by more than noise can explain. */
@@ -194,7 +206,7 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     }
     const float inverse = inverse_root(square);
     const ab_t along = {inverse * input->current.alpha, inverse * input->current.beta};
-    go_on(learn, input, along);
+    go_on(learn, input, along, square);
     if (!settled(learn, input, band)) {
         return;
     }

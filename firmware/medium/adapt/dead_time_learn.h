@@ -39,7 +39,9 @@
  * nothing is learnt. Learning has further conditions; otherwise the value is held. The EMF of the speed is
  * not small compared with the dead band's voltage, and not so large that a sample contains only noise. A step
  * is short enough for the twelfth harmonic. The current is outside of the zone, large compared with its
- * ripple and with the noise of its sensors, and turns with the reference. The speed is near its reference.
+ * ripple and with the noise of its sensors, and turns with the reference. Its mean square counts: the length
+ * of a current near the limit exceeds it in some parts of a turn only, and the mean over these is not the one
+ * over phi. The speed is near its reference.
  *
  * One step in every `every` periods of T, from the means over these. The deviation of each step
  * from the mean is provided for emf_shape.h and unequal_legs.h. Does not handle: eleventh and
@@ -105,7 +107,7 @@ typedef struct {
     float effective; /* T_e/T in use [-] */
     float learnt;    /* T_e/T as learnt [-] */
     float smooth;    /* low-pass of `learnt` [-] */
-    float variance;  /* of `learnt` by the noise of the sensors [-] */
+    float variance;  /* of `learnt` by the noise of the sensors and its swing [-] */
     uint32_t model;  /* of the observer in the last step [-] */
     float rate;      /* present rate [1/s] */
     float ripple; /* [-] mean of (DEAD_TIME_LEARN_SWINGS e T/(L |i|))^2 of the steps that `learnt` contains */
@@ -113,6 +115,7 @@ typedef struct {
     ab_t emf_mean;   /* m(e) [V] */
     float omega_ref; /* of the last step [rad/s] */
     ab_t along_mean; /* m(u) [-] */
+    float square;    /* low-pass of |i|^2 [A^2] */
     ab_t along;      /* u of the last step [-] */
     float way;       /* w of the last step [-] */
     ab_t current;    /* of the last step [A] */

@@ -31,6 +31,7 @@
 #define LOCK_SCATTER_MAX    0.12f  /* [-] mean square of the detector */
 #define LOCK_CUTOFF         200.0f /* [rad/s] of the low-passes */
 #define LOCK_STANDING       0.02f  /* [s] */
+#define LOCK_LEAVES         4u     /* [half steps] that a faster step takes back */
 
 typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
@@ -53,7 +54,7 @@ typedef struct {
     float projection; /* LP of the EMF along the axis in the direction of rotation [V] */
     float expected;   /* LP of psi_a |omega| [V] */
     float scatter;    /* LP of the detector's square [-] */
-    uint32_t stood;   /* [half steps] in succession with a standing estimate: a step below the limit is one */
+    uint32_t stood;   /* [half steps] with a standing estimate, less LOCK_LEAVES for each faster step */
 } lock_t;
 
 /* Computes the coefficients. An exponential: for the background. */
@@ -72,13 +73,15 @@ static inline void lock_take(lock_t *lock, const lock_tuning_t *tuning)
 void lock_reset(lock_t *lock, float omega_e);
 
 /* Counts for how long the estimate has been slow, at this |omega| below `speed_slow` [rad/s], although its
- * reference [rad/s] is not: with the torque at its limit, or at half the rate without an EMF. */
+ * reference [rad/s] is not: with the torque at its limit, or at half the rate without an EMF. The speed of a
+ * loop without EMF scatters: one faster step does not show that the rotor has left this speed. */
 static inline void lock_compare(lock_t *lock, float speed, float omega_ref, bool limited)
 {
     const lock_tuning_t *tuning = &lock->tuning;
     const bool stands =
         (limited || speed < tuning->speed_floor) && !bounds_within(omega_ref, tuning->speed_asked);
-    lock->stood = !stands ? 0u : limited ? lock->stood + 2u : lock->stood + 1u;
+    const uint32_t left = lock->stood > LOCK_LEAVES ? lock->stood - LOCK_LEAVES : 0u;
+    lock->stood = !stands ? left : limited ? lock->stood + 2u : lock->stood + 1u;
 }
 
 /* One window in which the loop tracked; `estimate` is that at its end; `scatter`: mean square of the detector

@@ -36,11 +36,13 @@ static bool deviates(const float asked[3], const current_watch_window_t *window,
 }
 
 /* A phase carries this current [A]. It ends the time without current if it has the sign of the request that
- * was missing. With an open switch a current of the other sign flows in each turn. */
+ * was missing. With an open switch a current of the other sign flows in each turn: then the current of this
+ * sign is not missing. */
 static void end_absence(current_watch_phase_t *phase, float value)
 {
     const bool missing = value < 0.0f ? phase->absent < 0 : phase->absent > 0;
     phase->absent = missing ? 0 : phase->absent;
+    phase->other = missing ? 0u : 1u;
 }
 
 /* True if a phase has been without current for long enough. The time counts while the current control does
@@ -61,7 +63,7 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     current_watch_phase_t *phase = &watch->phase[n];
     const bool others = window->largest > tuning->carries;
     const bool lags = input->limited && (input->u_dc < tuning->slow_link || !others);
-    const float held = others ? window->dead : window->dead + window->emf;
+    const float held = others ? window->dead : window->dead + window->emf + window->late;
     const bool judged = !lags && !bounds_within(window->moved[n], held);
     const float least = window->periods * (tuning->carries + APART_SHARE * window->largest);
     const bool much = judged && !bounds_within(asked[n], least);
@@ -74,8 +76,13 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     int32_t absent = phase->absent < 0 ? -phase->absent : phase->absent;
     if (judged && !is_still(watch, n) && (much || deviates(asked, window, least))) {
         const int32_t periods = (int32_t)window->periods;
+        const bool negative = asked[n] < 0.0f;
+        if (phase->other != 0u && negative != (phase->absent < 0)) {
+            absent = 0;
+            phase->other = 0u;
+        }
         absent += much ? periods : periods / 2;
-        phase->absent = asked[n] < 0.0f ? -absent : absent;
+        phase->absent = negative ? -absent : absent;
     }
     return absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
 }

@@ -40,6 +40,10 @@
  * other two phases with small opposite currents, may cause. */
 #define OFF_BESIDE 0.5f /* [-] */
 
+/* Square of the difference over that of this part from which a single window shows the axis: in the mean a
+ * difference that turns with the rotor becomes so small that it may have any direction. */
+#define OFF_CLEAR 16.0f /* [-] */
+
 /* [-] of psi_f/T_j: the most of a wrong psi_f omega in the mean difference. It turns with the rotor, by
  * x = omega T_j per window, and the mean keeps the share 1/sqrt(1 + 12 x^2): MUCH_BESIDE/sqrt(12). */
 #define OFF_TURNING 0.0866f
@@ -195,9 +199,15 @@ static inline bool is_noisy(const encoder_watch_t *watch, ab_t off)
     return 9.0f * watch->tuning.noise > PHASE_SINE * PHASE_SINE * square_of(off);
 }
 
+/* True if noise, or with small currents the dead time, matters in the difference of a single window. */
+static inline bool needs_mean(const encoder_watch_t *watch, ab_t off)
+{
+    return is_noisy(watch, off) || (is_unseen(watch) && square_of(off) < OFF_CLEAR * watch->tuning.beside);
+}
+
 /* Adds the difference of a wrong window to the mean of consecutive ones. If neither noise nor the dead time
  * matters, only the last window counts. */
-static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
+static void add_off(encoder_watch_t *watch, bool wrong, bool in_mean, ab_t off)
 {
     if (!wrong) {
         watch->wrong >>= 1;
@@ -205,7 +215,7 @@ static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
     }
     static const float shares[OFF_WINDOWS] = {1.0f, 1.0f / 2.0f, 1.0f / 3.0f, 1.0f / 4.0f};
     const uint32_t last = watch->wrong < OFF_WINDOWS ? watch->wrong : OFF_WINDOWS - 1u;
-    const float share = is_unseen(watch) || is_noisy(watch, off) ? shares[last] : 1.0f;
+    const float share = in_mean ? shares[last] : 1.0f;
     watch->wrong += watch->wrong < OFF_WINDOWS ? 1u : 0u;
     watch->off.alpha += share * (off.alpha - watch->off.alpha);
     watch->off.beta += share * (off.beta - watch->off.beta);
@@ -220,13 +230,14 @@ static float noise_of_mean(const encoder_watch_t *watch)
     return watch->wrong != 0u ? squares[watch->wrong - 1u] * noise_of(watch) : noise_of(watch);
 }
 
-/* True if the mean difference of at least two windows lies along the axis of one phase alone, and has not
- * moved since it reached this axis. The EMF of a rotor that turns the other way is constant and may lie
- * there; that of a rotor whose encoder does not turn leaves it. A difference that has already stayed on an
- * axis passes through zero twice per turn of the rotor, and returns to the same axis with the other sign.
- * Near zero the error `wrong_flux` of psi_f omega [V] turns it by more than the angle that shows an axis:
- * it is then compared with the known axis only: with small currents, or after ALONG_WINDOWS. */
-static bool is_of_a_phase(encoder_watch_t *watch, float wrong_flux)
+/* True if the mean difference of at least two windows, or with a known axis of one, lies along the axis of
+ * one phase alone, and has not moved since it reached this axis. The EMF of a rotor that turns the other way
+ * is constant and may lie there; that of a rotor whose encoder does not turn leaves it. A difference that has
+ * already stayed on an axis passes through zero twice per turn of the rotor, and returns to the same axis
+ * with the other sign. Near zero the error `wrong_flux` of psi_f omega [V] turns it by more than the angle
+ * that shows an axis: it is then compared with the known axis only: with small currents, or after
+ * ALONG_WINDOWS. */
+static bool is_of_a_phase(encoder_watch_t *watch, bool in_mean, float wrong_flux)
 {
     const ab_t off = watch->off;
     watch->axis = watch->along != 0u ? watch->axis : off;
@@ -234,12 +245,12 @@ static bool is_of_a_phase(encoder_watch_t *watch, float wrong_flux)
     const bool returns = watch->along >= (is_unseen(watch) ? 1u : ALONG_WINDOWS);
     const float beside = (is_unseen(watch) ? watch->tuning.beside : 0.0f) + noise_of_mean(watch);
     const float most = OFF_TURNING * watch->tuning.flux_linkage * watch->tuning.rate;
-    const float error = is_unseen(watch) ? bounds_less(wrong_flux, most) : wrong_flux;
+    const float error = in_mean ? bounds_less(wrong_flux, most) : wrong_flux;
     const float about = beside + (returns ? error * error : 0.0f);
     const float cross = off.alpha * axis.beta - off.beta * axis.alpha;
     const float a = square_of(off);
     const float b = square_of(axis);
-    return watch->wrong >= 2u && (returns || is_along(off, beside)) &&
+    return (watch->wrong >= 2u || watch->along != 0u) && (returns || is_along(off, beside)) &&
            cross * cross < SAME_AXIS * a * b + about * (a + b);
 }
 
@@ -301,9 +312,10 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const bool backward =
         opposite && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected);
     const ab_t off = beside(watch, input->omega_e, seen.middle);
-    add_off(watch, wrong, off);
+    const bool in_mean = needs_mean(watch, off);
+    add_off(watch, wrong, in_mean, off);
     const float wrong_flux = MUCH_BESIDE * seen.expected;
-    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, wrong_flux);
+    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, in_mean, wrong_flux);
     watch->elsewhere =
         watch->windows > 0u && seen.length > least && is_elsewhere(watch, off) ? UINT32_C(1) : UINT32_C(0);
     watch->confirmed = 0u;

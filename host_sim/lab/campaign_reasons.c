@@ -120,9 +120,8 @@ static const struct {
     {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
     /* a frame that does not follow the rotor causes currents like those of a broken wire, in one of twenty
      * runs; a sensor with a shifted zero shows no current although its phase carries one, and a dead time
-     * of the wrong sign changes the EMF by less than a wrong psi_f does; the voltage that a weak magnet's EMF
-     * needs is, beside the configured EMF, one that should drive a current */
-    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT | IN_MAGNET, BY_FRAME},
+     * of the wrong sign changes the EMF by less than a wrong psi_f does */
+    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT, BY_FRAME},
     {REASON_BACKGROUND_STALLED, IN_TIME, BY_FAULT},
     {REASON_PROGRAM_CORRUPT, 0u, BY_FAULT},
     {REASON_PARAMS_CORRUPT, 0u, BY_FAULT},

@@ -10,6 +10,7 @@
 #define LOCK_WITNESS  2.0                 /* [s] within which the third loss of the lock is a fault */
 #define MAGNET_LEFT                                                                                          \
     0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
+#define LINK_LEFT 0.5 /* [-] of the link: a smaller shown one scales the EMF as a weak magnet does */
 #define HEAVY_MASS                                                                                           \
     1.0               /* [-] of the motor: an elastic mass whose swing moves the motor against its torque    \
                        */
@@ -31,6 +32,7 @@ enum {
     IN_SHAFT = 1024,
     IN_MEMORY = 2048, /* anything may be wrong */
     IN_MAGNET = 4096, /* a magnet so weak that its EMF may count as missing */
+    IN_SCALE = 8192,  /* a link that is shown so much too low that the observed EMF may count as missing */
 };
 
 static const struct {
@@ -112,8 +114,9 @@ static const struct {
     {REASON_ENCODER_PHASE, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
-    /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor */
-    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET, BY_FAULT},
+    /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor; the
+     * observed voltages have the scale of the shown link */
+    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET | IN_SCALE, BY_FAULT},
     {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT, BY_FAULT},
     /* the voltage that a leg loses does not change the current, either */
     {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FAULT},
@@ -198,6 +201,7 @@ static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t sinc
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         what |= campaign_is_there(watch, n, since) ? what_of(&watch->drawn->faults[n]) : 0u;
     }
+    what |= lately(watch->truth.scaled_at, period, WITNESS) ? IN_SCALE : 0u;
     what &= watch->truth.weak ? ~UINT32_C(0) : ~(uint32_t)IN_MAGNET;
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
         if (truths[n].reason == reason) {
@@ -252,6 +256,19 @@ static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32
     truth->fed = truth->drifted && (truth->fed || errs || (!watch->gates_seen && largest >= FLOWS));
 }
 
+/* True if the sensor of the link is stuck at less than half of its voltage [V]. */
+static bool scales_voltages(const campaign_watch_t *watch, uint32_t period, double link)
+{
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        const campaign_injected_t *injected = &watch->drawn->faults[n];
+        if (strcmp(campaign_faults[injected->kind].row, "stuck_dc_link") == 0 &&
+            campaign_is_there(watch, n, period)) {
+            return injected->value / CAMPAIGN_CODES * (double)BOARD_DC_AT_3V < LINK_LEFT * link;
+        }
+    }
+    return false;
+}
+
 /* The speed of the tracking loop has an error equal to the change of the speed within its lag, because the
  * loop needs this time to learn a load torque. */
 static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
@@ -270,6 +287,7 @@ static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_
     }
     truth->high_at = link > truth->high ? period : truth->high_at;
     truth->low_at = link < truth->low ? period : truth->low_at;
+    truth->scaled_at = scales_voltages(watch, period, link) ? period : truth->scaled_at;
     truth->wrong_at = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err)) > wrong ? period : truth->wrong_at;
 }
 

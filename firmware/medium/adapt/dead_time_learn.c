@@ -53,7 +53,7 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
         learn->variance = 0.0f;
         learn->rate = tuning->rate;
         learn->ripple = 1.0f;
-        learn->begun = 0u;
+        learn->square = 0.0f;
     }
     if (tuning->rate != learn->tuning.rate) {
         learn->rate = tuning->rate;
@@ -125,8 +125,7 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
  * whether the current is constant. */
 static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along, float square)
 {
-    if (learn->begun == 0u) {
-        learn->begun = 1u;
+    if (learn->square == 0.0f) {
         learn->emf_mean = input->emf;
         learn->omega_ref = input->omega_e_ref;
         learn->along_mean = along;
@@ -197,11 +196,11 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const float square = square_of(input->current);
     learn->seen = 0.0f;
     if (input->model != learn->model) {
-        learn->begun = 0u;
+        learn->square = 0.0f;
         learn->model = input->model;
     }
     if (!visible(tuning, input, square, band)) {
-        learn->begun = 0u;
+        learn->square = 0.0f;
         return;
     }
     const float inverse = inverse_root(square);

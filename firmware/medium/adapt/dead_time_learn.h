@@ -111,11 +111,10 @@ typedef struct {
     uint32_t model;  /* of the observer in the last step [-] */
     float rate;      /* present rate [1/s] */
     float ripple; /* [-] mean of (DEAD_TIME_LEARN_SWINGS e T/(L |i|))^2 of the steps that `learnt` contains */
-    uint32_t begun;  /* [-] 1: the following values belong to the last periods */
+    float square; /* low-pass of |i|^2 [A^2]; 0: this and the following values begin again */
     ab_t emf_mean;   /* m(e) [V] */
     float omega_ref; /* of the last step [rad/s] */
     ab_t along_mean; /* m(u) [-] */
-    float square;    /* low-pass of |i|^2 [A^2] */
     ab_t along;      /* u of the last step [-] */
     float way;       /* w of the last step [-] */
     ab_t current;    /* of the last step [A] */
@@ -146,7 +145,7 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
 /* Separates the next step from the last one. */
 static inline void dead_time_learn_pause(dead_time_learn_t *learn)
 {
-    learn->begun = 0u;
+    learn->square = 0.0f;
     learn->seen = 0.0f;
 }
 

@@ -122,7 +122,6 @@ typedef struct {
     float beside;   /* another sensor's value then [A] */
     float fed;      /* sum of p without the EMF, beyond its uncertainty, while nearly no current flows [A] */
     int32_t absent; /* [periods] with a requested current, and without a measured one; sign of the request */
-    uint32_t other; /* [-] 1: since then a current of the other sign has flowed */
     uint32_t still; /* [periods] for which it has not changed */
     uint32_t sure;  /* [periods] for which it must not change */
 } current_watch_phase_t;
@@ -138,6 +137,7 @@ typedef struct {
 typedef struct {
     current_watch_tuning_t tuning;
     uint32_t suspected; /* [-] bits of the phases whose value is constant in a window or since a jump */
+    uint32_t other;     /* [-] bits: since `absent` counts, a current of the other sign has flowed */
     uint32_t biased;    /* [-] bits of these with a known `bias` */
     ab_t current;       /* at the last window's end [A] */
     float emf;          /* uncertain part of the EMF in the last window [A] */

@@ -55,11 +55,12 @@ static bool shares(const current_watch_t *watch, const float asked[3], const cur
 /* A phase carries this current [A]. It ends the time without current if it has the sign of the request that
  * was missing. With an open switch a current of the other sign flows in each turn: then the current of this
  * sign is not missing. */
-static void end_absence(current_watch_phase_t *phase, float value)
+static void end_absence(current_watch_t *watch, uint32_t n, float value)
 {
+    current_watch_phase_t *phase = &watch->phase[n];
     const bool missing = value < 0.0f ? phase->absent < 0 : phase->absent > 0;
     phase->absent = missing ? 0 : phase->absent;
-    phase->other = missing ? 0u : 1u;
+    watch->other |= UINT32_C(1) << n;
 }
 
 /* True if a phase has been without current for long enough. The time counts while the current control does
@@ -87,7 +88,7 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     const float value = window->value[n];
     const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked[n]) : 0.0f;
     if (!bounds_within(value, tuning->none) && !bounds_within(value * window->periods, half)) {
-        end_absence(phase, value);
+        end_absence(watch, n, value);
         return false;
     }
     int32_t absent = phase->absent < 0 ? -phase->absent : phase->absent;
@@ -95,10 +96,11 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
         (input->contradicted || !shares(watch, asked, window, n))) {
         const int32_t periods = (int32_t)window->periods;
         const bool negative = asked[n] < 0.0f;
-        if (phase->other != 0u && negative != (phase->absent < 0)) {
+        const uint32_t bit = UINT32_C(1) << n;
+        if ((watch->other & bit) != 0u && negative != (phase->absent < 0)) {
             absent = 0;
-            phase->other = 0u;
         }
+        watch->other &= absent == 0 ? ~bit : UINT32_MAX;
         absent += much ? periods : periods / 2;
         phase->absent = negative ? -absent : absent;
     }
@@ -140,7 +142,7 @@ static uint32_t without_current(current_watch_t *watch, const current_watch_inpu
         current_watch_phase_t *phase = &watch->phase[n];
         phase->fed = 0.0f;
         if (phase->absent != 0) {
-            end_absence(phase, window->value[n]);
+            end_absence(watch, n, window->value[n]);
         }
     }
     return phases;

@@ -97,10 +97,13 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
         const int32_t periods = (int32_t)window->periods;
         const bool negative = asked[n] < 0.0f;
         const uint32_t bit = UINT32_C(1) << n;
-        if ((watch->other & bit) != 0u && negative != (phase->absent < 0)) {
+        const bool before = phase->absent < 0;
+        if ((watch->other & bit) != 0u && negative != before) {
             absent = 0;
         }
-        watch->other &= absent == 0 ? ~bit : UINT32_MAX;
+        if (absent == 0) {
+            watch->other &= ~bit;
+        }
         absent += much ? periods : periods / 2;
         phase->absent = negative ? -absent : absent;
     }

@@ -111,14 +111,14 @@ typedef struct {
     uint32_t model;  /* of the observer in the last step [-] */
     float rate;      /* present rate [1/s] */
     float ripple; /* [-] mean of (DEAD_TIME_LEARN_SWINGS e T/(L |i|))^2 of the steps that `learnt` contains */
-    float square; /* low-pass of |i|^2 [A^2]; 0: this and the following values begin again */
+    uint32_t begun;  /* [-] 1: the following values belong to the last periods */
     ab_t emf_mean;   /* m(e) [V] */
     float omega_ref; /* of the last step [rad/s] */
     ab_t along_mean; /* m(u) [-] */
+    float square;    /* low-pass of |i|^2 [A^2] */
     ab_t along;      /* u of the last step [-] */
     float way;       /* w of the last step [-] */
     ab_t current;    /* of the last step [A] */
-    uint32_t moved;  /* [-] 1: it differs from the one before */
     ab_t rest;       /* e - m(e) of the last step [V] */
     ab_t against;    /* component that turns against the current: low-pass of (e - m(e)) u [V] */
     float seen;      /* [s] time with which this step counts; 0: it is not used */
@@ -145,7 +145,7 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
 /* Separates the next step from the last one. */
 static inline void dead_time_learn_pause(dead_time_learn_t *learn)
 {
-    learn->square = 0.0f;
+    learn->begun = 0u;
     learn->seen = 0.0f;
 }
 

@@ -325,7 +325,6 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
         .flux_linkage = params->motor_flux_linkage,
         .per_ampere = 1.5f * (float)params->motor_pole_pairs * (float)params->motor_pole_pairs *
                       params->motor_flux_linkage / params->motor_inertia,
-        .lag = 2.0f / params->encoder_bandwidth,
         .dead_time = params->dead_time,
         .drop = params->device_drop,
         .range = DRIVE_CURRENT_RANGE,

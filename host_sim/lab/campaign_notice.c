@@ -12,7 +12,6 @@
 #define HEAT_MARGIN  2.0   /* [K] */
 #define LATE_MARGIN  1.2   /* [-] periods */
 #define SLIP_SEEN    0.3   /* [-] share of the motion that the encoder misses in the fault of the matrix */
-#define CODES        4095.0
 #define PHASE_ANGLE  2.0943951023931957 /* [rad] a third of a turn, between two phases */
 #define THREE_LEGS   1.3333333333333333 /* [-] of a leg's loss: largest effect of three in a phase */
 #define LOSS_NONE    0.0075 /* [-] of the sensors' range: a larger value is a current for that law */
@@ -63,7 +62,7 @@ static bool is_large(const campaign_watch_t *watch, const campaign_injected_t *i
         return injected->value > LATE_MARGIN * RIG_PERIOD_SECONDS;
     }
     if (strcmp(row, "stuck_dc_link") == 0) {
-        const double shown = injected->value / CODES * (double)BOARD_DC_AT_3V;
+        const double shown = injected->value / CAMPAIGN_CODES * (double)BOARD_DC_AT_3V;
         return shown < 0.98 * campaign_initial(watch->drawn, "dc_undervoltage") ||
                shown > 1.02 * campaign_initial(watch->drawn, "dc_overvoltage");
     }

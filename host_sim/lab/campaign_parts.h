@@ -193,12 +193,15 @@ typedef struct {
 } campaign_duty_t;
 
 /* campaign_reasons.c: the true events, with which the reason of a fault is compared. */
+#define CAMPAIGN_CODES 4095.0 /* [-] largest code of a sensor of the link */
+
 typedef struct {
     double fast, over, high, low, under; /* [rad/s], [A], [V]: limits from which a reason is true */
     double fast_coded;                   /* [rad/s] the same limit with a wrong encoder */
     double speed;                        /* [rad/s] mechanical, with the lag of the tracking loop */
     double none; /* [A] length of a current that counts as none, as in the drive's watch of the encoder */
     uint32_t fast_at, over_at, high_at, low_at,
+        scaled_at,  /* less than half of the link is shown, by which all voltages are scaled */
         wrong_at;   /* [periods] last time at which the limit was exceeded; 0: it was not exceeded */
     uint32_t quiet; /* [periods] time without current, with all gates off */
     bool drifted;   /* the offsets have changed, and there has been no time to measure them since */

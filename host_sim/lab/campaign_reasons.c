@@ -10,6 +10,7 @@
 #define LOCK_WITNESS  2.0                 /* [s] within which the third loss of the lock is a fault */
 #define MAGNET_LEFT                                                                                          \
     0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
+#define LINK_LEFT 0.5 /* [-] of the link: a smaller shown one scales the EMF as a weak magnet does */
 #define HEAVY_MASS                                                                                           \
     1.0 /* [-] of the motor: an elastic mass whose swing moves the motor against its torque                  \
          */
@@ -35,6 +36,7 @@ enum {
     IN_SHAFT = 1024,
     IN_MEMORY = 2048, /* anything may be wrong */
     IN_MAGNET = 4096, /* a magnet so weak that its EMF may count as missing */
+    IN_SCALE = 8192,  /* a link that is shown so much too low that the observed EMF may count as missing */
 };
 
 static const struct {
@@ -116,17 +118,17 @@ static const struct {
     {REASON_ENCODER_PHASE, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
-    /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor */
-    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET, BY_FAULT},
+    /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor; the
+     * observed voltages have the scale of the shown link */
+    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET | IN_SCALE, BY_FAULT},
     {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT, BY_FAULT},
     /* the voltage that a leg loses does not change the current, either */
     {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FAULT},
     {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
     /* a frame that does not follow the rotor causes currents like those of a broken wire, in one of twenty
      * runs; a sensor with a shifted zero shows no current although its phase carries one, and a dead time
-     * of the wrong sign changes the EMF by less than a wrong psi_f does; the voltage that a weak magnet's EMF
-     * needs is, beside the configured EMF, one that should drive a current */
-    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT | IN_MAGNET, BY_FRAME},
+     * of the wrong sign changes the EMF by less than a wrong psi_f does */
+    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT, BY_FRAME},
     {REASON_BACKGROUND_STALLED, IN_TIME, BY_FAULT},
     {REASON_PROGRAM_CORRUPT, 0u, BY_FAULT},
     {REASON_PARAMS_CORRUPT, 0u, BY_FAULT},
@@ -212,6 +214,7 @@ static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t sinc
 {
     uint32_t what =
         present(watch, since) | (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
+    what |= lately(watch->truth.scaled_at, period, WITNESS) ? IN_SCALE : 0u;
     what &= watch->truth.weak ? ~UINT32_C(0) : ~(uint32_t)IN_MAGNET;
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
         if (truths[n].reason == reason) {
@@ -262,6 +265,19 @@ static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32
     truth->fed = truth->drifted && (truth->fed || errs || (!watch->gates_seen && largest >= FLOWS));
 }
 
+/* True if the sensor of the link is stuck at less than half of its voltage [V]. */
+static bool scales_voltages(const campaign_watch_t *watch, uint32_t period, double link)
+{
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        const campaign_injected_t *injected = &watch->drawn->faults[n];
+        if (strcmp(campaign_faults[injected->kind].row, "stuck_dc_link") == 0 &&
+            campaign_is_there(watch, n, period)) {
+            return injected->value / CAMPAIGN_CODES * (double)BOARD_DC_AT_3V < LINK_LEFT * link;
+        }
+    }
+    return false;
+}
+
 /* The speed of the tracking loop has an error equal to the change of the speed within its lag, because the
  * loop needs this time to learn a load torque. */
 static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
@@ -284,6 +300,7 @@ static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_
     }
     truth->high_at = link > truth->high ? period : truth->high_at;
     truth->low_at = link < truth->low ? period : truth->low_at;
+    truth->scaled_at = scales_voltages(watch, period, link) ? period : truth->scaled_at;
     truth->wrong_at = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err)) > wrong ? period : truth->wrong_at;
 }
 

@@ -163,6 +163,13 @@ static const course_t courses[] = {
      .steps = {{LATCHED("encoder_mismatch"), WINDOWS + PERIOD}}, .violated = HELD},
     {"a magnet with more than half of its flux does not", "weak_magnet", 0.51,
      .steps = {{LATCHED("encoder_mismatch"), WINDOWS + PERIOD}}, .violated = CAMPAIGN_I_REASON_TRUE},
+    /* The code 1638 of 4095 shows 200 V of the 500 V at 3 V. */
+    {"a link that is shown at less than half justifies encoder_mismatch", "stuck_dc_link", 1638.0,
+     .steps = {{"gates=0 true_u_dc=408", 1e-3}, {LATCHED("encoder_mismatch"), WINDOWS + PERIOD}},
+     .violated = HELD},
+    {"a link that is shown at more than half does not", "stuck_dc_link", 1638.0,
+     .steps = {{"gates=0 true_u_dc=392", 1e-3}, {LATCHED("encoder_mismatch"), WINDOWS + PERIOD}},
+     .violated = CAMPAIGN_I_REASON_TRUE},
     /* A reason that a flipped bit has caused opens the bridge with the next setpoint, as `enable` = off
      * does. */
     {"a flipped bit makes a fault", "flipped_bit", 0.5,

@@ -636,6 +636,56 @@ static void test_noise_does_not_hold_a_difference_that_turns_on_an_axis(void)
     }
 }
 
+/* The encoder is wrong by 40 degrees at 950 rad/s, and small currents flow. The difference, 25 V, turns by
+ * 0.76 rad from one judgement to the next, which leaves a third of it in the mean of four: less than the sum
+ * of the 5.5 V beside the axis and of the wrong psi_f that such a mean may contain. A single window shows
+ * that it leaves each axis. */
+static void test_a_clear_difference_that_turns_fast_is_no_wire(void)
+{
+    const double share = 0.21;
+    encoder_watch_params_t params = usual(0.0, 0.0f);
+    params.flux_linkage = (float)(share * PSI);
+    params.speed_least = (float)(LEAST / share);
+    params.unseen = 100.0f;
+    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    for (int n = 0; n < 24; n++) {
+        const double omega = n % 2 == 0 ? 950.0 : -950.0;
+        uint32_t judgements = 0u;
+        setUp();
+        encoder_watch_take(&watch, &tuning);
+        rotor = PI / 12.0 * n;
+        encoder = rotor + (n % 4 < 2 ? 40.0 : -40.0) * PI / 180.0;
+        for (bits = 0u; judgements < 80u && bits == 0u; judgements++) {
+            bits = judge(omega, share, omega);
+        }
+        TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, bits);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(20u + tuning.settles, judgements);
+    }
+}
+
+/* An open wire adds 15 V along the axis of its phase, between the 11 V of the least EMF and the 22 V with
+ * which an EMF is judged while the current is below 0.2 A. The current is above this limit in every third
+ * window, so that no two windows in succession are wrong; a phase without current makes the others doubtful.
+ * Its axis is known from the first ones: each of them is that of the wire. */
+static void test_single_windows_on_a_known_axis_are_of_its_wire(void)
+{
+    encoder_watch_params_t params = usual(0.0, 0.2f);
+    params.unseen = 100.0f;
+    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    for (int n = 0; n < 6; n++) {
+        const double axis = PI / 3.0 * n;
+        setUp();
+        encoder_watch_take(&watch, &tuning);
+        rotor = encoder = axis;
+        for (int k = 0; k < 300; k++) {
+            const double length = k < 20 || k % 3 == 0 ? 0.22 : 0.18;
+            current = to_ab(length * cexp(J * axis));
+            is_doubtful = length < 0.2;
+            TEST_ASSERT_EQUAL_HEX32(0u, judge_with(5.0, k < 15 ? 0.0 : 15.0, axis) & ~ENCODER_WATCH_WIRE);
+        }
+    }
+}
+
 /* An EMF that is larger than the noise and on the q axis of the encoder confirms the encoder. */
 static void test_an_emf_on_the_axis_confirms_the_encoder(void)
 {

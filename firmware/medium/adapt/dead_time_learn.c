@@ -121,9 +121,9 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
                   lowpass_step(turned.beta, share, vector.beta)};
 }
 
-/* Updates the slow means, the angle by which the current's direction has turned, and
- * whether the current is constant. */
-static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along, float square)
+/* Updates the slow means, and the angle by which the current's direction has turned. Returns false if the
+ * current is constant. */
+static bool go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along, float square)
 {
     if (learn->begun == 0u) {
         learn->begun = 1u;
@@ -150,8 +150,9 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     const float way = cross(learn->along, along) * inverse_root(share * share);
     learn->way = 0.5f + 0.5f * bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
     learn->along = along;
-    learn->moved = same(input->current, learn->current) ? 0u : 1u;
+    const bool moved = !same(input->current, learn->current);
     learn->current = input->current;
+    return moved;
 }
 
 /* True if the speed is near its reference, the current is large enough and turns with both, and the current
@@ -164,7 +165,7 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
     const float against = DEAD_TIME_LEARN_AGAINST * band;
     return learn->square > least_square(tuning, input) && square_of(learn->against) < against * against &&
            bounds_within(tuning->flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
-           square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
+           square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY;
 }
 
 /* The variance that the noise of the sensors and a rotor that swings have caused in the learnt value after a
@@ -206,8 +207,8 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     }
     const float inverse = inverse_root(square);
     const ab_t along = {inverse * input->current.alpha, inverse * input->current.beta};
-    go_on(learn, input, along, square);
-    if (!settled(learn, input, band)) {
+    const bool moved = go_on(learn, input, along, square);
+    if (!moved || !settled(learn, input, band)) {
         return;
     }
     const float across = cross(along, learn->rest);

@@ -119,7 +119,6 @@ typedef struct {
     ab_t along;      /* u of the last step [-] */
     float way;       /* w of the last step [-] */
     ab_t current;    /* of the last step [A] */
-    uint32_t moved;  /* [-] 1: it differs from the one before */
     ab_t rest;       /* e - m(e) of the last step [V] */
     ab_t against;    /* component that turns against the current: low-pass of (e - m(e)) u [V] */
     float seen;      /* [s] time with which this step counts; 0: it is not used */

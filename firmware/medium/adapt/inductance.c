@@ -7,10 +7,10 @@
 
 #define TWO_PI        6.2831853f
 #define TWELFTH       0.083333333f
-#define SLOW_TIMES    3u   /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
-#define TRUST         0.2f /* [-] change of the confidence by a cycle that agrees with the one before */
-#define CONFIDENT     0.5f /* [-] confidence from which the result of a cycle is used */
-#define OPPOSED       0.5f /* [-] of the remaining swing of i_q that is opposed in each cycle */
+#define SLOW_TIMES    3u    /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
+#define TRUST         0.2f  /* [-] change of the confidence by a cycle that agrees with the one before */
+#define CONFIDENT     0.5f  /* [-] confidence from which the result of a cycle is used */
+#define OPPOSED       0.25f /* [-] of the remaining swing of i_q that is opposed in each cycle */
 #define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
 #define SHARE_MAX     0.5f                                    /* [-] */
 #define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: least i_q */

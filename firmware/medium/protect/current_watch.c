@@ -56,7 +56,6 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
         .judged = params->judged ? 1u : 0u,
         .winding = winding,
         .per_speed = per_speed,
-        .per_change = per_speed * params->lag / params->period,
         .back = -0.5f * params->period,
         .dead_link = DEAD_VECTOR * winding.per_volt * params->dead_time / params->period,
         .dead = DEAD_VECTOR * winding.per_volt * params->drop,
@@ -96,7 +95,6 @@ void current_watch_begin(current_watch_t *watch)
     watch->suspected = 0u;
     watch->current = (ab_t){0.0f, 0.0f};
     watch->emf = 0.0f;
-    watch->omega_e = 0.0f;
     watch->asked = 0.0f;
     watch->steered = 0u;
     watch->windows = 0u;
@@ -150,7 +148,7 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
     window->dead = periods * (tuning->dead + tuning->dead_link * input->u_dc);
     window->resistive = tuning->per_current * periods * window->largest;
     window->emf = per_speed * input->doubt;
-    window->late = tuning->per_change * bounds_magnitude(input->omega_e - watch->omega_e);
+    window->any = bounds_magnitude(emf) + window->emf;
     window->reverse = 2.0f * bounds_magnitude(emf) + window->emf;
 }
 
@@ -292,13 +290,11 @@ static void see_reference(current_watch_t *watch, dq_t reference, float largest)
 }
 
 /* Stores the values with which the next window begins. */
-static void remember(current_watch_t *watch, const current_watch_window_t *window,
-                     const current_watch_input_t *input)
+static void remember(current_watch_t *watch, const current_watch_window_t *window, bool comparable)
 {
-    if (!input->comparable) {
+    if (!comparable) {
         watch->unknown = watch->windows;
     }
-    watch->omega_e = input->omega_e;
     watch->windows++;
     watch->current = window->current;
     watch->emf = window->emf;
@@ -322,6 +318,6 @@ uint32_t current_watch_step(current_watch_t *watch, const current_watch_input_t 
         bits |= current_watch_gain(watch, input, &window) ? CURRENT_WATCH_GAIN : 0u;
         bits |= bounds_within(now.a + now.b + now.c, watch->tuning.sum) ? 0u : CURRENT_WATCH_SUM;
     }
-    remember(watch, &window, input);
+    remember(watch, &window, input->comparable);
     return bits;
 }

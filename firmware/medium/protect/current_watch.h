@@ -57,7 +57,6 @@ typedef struct {
     float flux_linkage; /* psi_f [Wb] */
     float per_ampere;   /* K = 1.5 p^2 psi_f/J, for the rotor's acceleration [rad/s^2 per A]; 0: the rotor
                            stands still */
-    float lag;          /* by which the speed of an encoder follows that of the rotor [s] */
     float dead_time;    /* of the legs over T [-]: part of the link that may be lost */
     float drop;         /* of a device [V] */
     float range;        /* range of the sensors in both directions [A] */
@@ -89,7 +88,6 @@ typedef struct {
     uint32_t judged;   /* [-] 1 */
     winding_t winding; /* of R and the mean of L_d and L_q */
     float per_speed;   /* psi_f T/L [A s] */
-    float per_change;  /* the same times the encoder's lag over T [A s] */
     float back;        /* -T/2 [s] */
     float dead_link; /* share of the current that dead time and drops may take in a period, per volt [A/V] */
     float dead;      /* the same with zero link voltage [A] */
@@ -124,7 +122,6 @@ typedef struct {
     float beside;   /* another sensor's value then [A] */
     float fed;      /* sum of p without the EMF, beyond its uncertainty, while nearly no current flows [A] */
     int32_t absent; /* [periods] with a requested current, and without a measured one; sign of the request */
-    uint32_t other; /* [-] 1: since then a current of the other sign has flowed */
     uint32_t still; /* [periods] for which it has not changed */
     uint32_t sure;  /* [periods] for which it must not change */
 } current_watch_phase_t;
@@ -140,10 +137,10 @@ typedef struct {
 typedef struct {
     current_watch_tuning_t tuning;
     uint32_t suspected; /* [-] bits of the phases whose value is constant in a window or since a jump */
+    uint32_t other;     /* [-] bits: since `absent` counts, a current of the other sign has flowed */
     uint32_t biased;    /* [-] bits of these with a known `bias` */
     ab_t current;       /* at the last window's end [A] */
     float emf;          /* uncertain part of the EMF in the last window [A] */
-    float omega_e;      /* assumed speed at its end [rad/s] */
     float asked;        /* square of the requested current at the last window's end [A^2] */
     uint32_t steered; /* [-] bits: the requested length changed in this window, 1; one or two before, 2, 4 */
     uint32_t windows; /* [windows] since the watch began */

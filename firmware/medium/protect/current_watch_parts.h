@@ -16,7 +16,7 @@ typedef struct {
     float dead;      /* largest effect of dead time and drops [A] */
     float resistive; /* uncertain part of R i [A] */
     float emf;       /* uncertain part of the EMF [A] */
-    float late;      /* EMF by which that of an encoder's speed may be behind the rotor's [A] */
+    float any;       /* EMF of a rotor with any flux from none on [A] */
     float reverse;   /* the same for any position of the rotor [A] */
     float largest;   /* largest magnitude of the phase currents [A] */
 } current_watch_window_t;

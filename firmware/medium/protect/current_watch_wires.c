@@ -4,9 +4,11 @@
 #include "math/bounds.h"
 
 #define APART_SHARE     0.25f /* [-] of the largest phase current: least deviation from the requested current */
-#define LITTLE_SHARE    0.5f /* [-] of the requested current: limit where the EMF contradicts */
-#define ELSEWHERE_TIMES 4    /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
-#define FED_SHARE       0.1f /* [-] of its limit: above this only this law is used */
+#define LITTLE_SHARE    0.5f  /* [-] of the requested current: limit where the EMF contradicts */
+#define ELSEWHERE_TIMES 4     /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
+#define SHORT_LEAST     0.25f /* [-] of the largest value of a phase without current: above its noise */
+#define SHORT_SHARE     0.5f  /* [-] of its share of a short current: least current of a sound phase */
+#define FED_SHARE       0.1f  /* [-] of its limit: above this only this law is used */
 /* The same where a forced frame takes the rotor along, which then does not turn by 80 degrees. */
 #define FORCED_SHARE 0.5f /* [-] */
 #define ALL_SIGNS    2.0f /* [-] of the dead time's voltage, if all three signs are uncertain */
@@ -35,14 +37,30 @@ static bool deviates(const float asked[3], const current_watch_window_t *window,
     return apart;
 }
 
+/* True if the current of the phase, above the noise of a wire without current, has its share of a current
+ * that is shorter than the requested one, because the current control lags behind it. */
+static bool shares(const current_watch_t *watch, const float asked[3], const current_watch_window_t *window,
+                   uint32_t n)
+{
+    float most = 0.0f;
+    for (uint32_t m = 0; m < 3u; m++) {
+        most = bounds_more(most, bounds_magnitude(asked[m]));
+    }
+    const float value = asked[n] < 0.0f ? -window->value[n] : window->value[n];
+    const float share = SHORT_SHARE * bounds_magnitude(asked[n]) * window->largest;
+    return window->largest > watch->tuning.none && value > SHORT_LEAST * watch->tuning.none &&
+           value * most > share;
+}
+
 /* A phase carries this current [A]. It ends the time without current if it has the sign of the request that
  * was missing. With an open switch a current of the other sign flows in each turn: then the current of this
  * sign is not missing. */
-static void end_absence(current_watch_phase_t *phase, float value)
+static void end_absence(current_watch_t *watch, uint32_t n, float value)
 {
+    current_watch_phase_t *phase = &watch->phase[n];
     const bool missing = value < 0.0f ? phase->absent < 0 : phase->absent > 0;
     phase->absent = missing ? 0 : phase->absent;
-    phase->other = missing ? 0u : 1u;
+    watch->other |= UINT32_C(1) << n;
 }
 
 /* True if a phase has been without current for long enough. The time counts while the current control does
@@ -63,23 +81,28 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     current_watch_phase_t *phase = &watch->phase[n];
     const bool others = window->largest > tuning->carries;
     const bool lags = input->limited && (input->u_dc < tuning->slow_link || !others);
-    const float held = others ? window->dead : window->dead + window->emf + window->late;
+    const float held = others ? window->dead : window->dead + window->any;
     const bool judged = !lags && !bounds_within(window->moved[n], held);
     const float least = window->periods * (tuning->carries + APART_SHARE * window->largest);
     const bool much = judged && !bounds_within(asked[n], least);
     const float value = window->value[n];
     const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked[n]) : 0.0f;
     if (!bounds_within(value, tuning->none) && !bounds_within(value * window->periods, half)) {
-        end_absence(phase, value);
+        end_absence(watch, n, value);
         return false;
     }
     int32_t absent = phase->absent < 0 ? -phase->absent : phase->absent;
-    if (judged && !is_still(watch, n) && (much || deviates(asked, window, least))) {
+    if (judged && !is_still(watch, n) && (much || deviates(asked, window, least)) &&
+        (input->contradicted || !shares(watch, asked, window, n))) {
         const int32_t periods = (int32_t)window->periods;
         const bool negative = asked[n] < 0.0f;
-        if (phase->other != 0u && negative != (phase->absent < 0)) {
+        const uint32_t bit = UINT32_C(1) << n;
+        const bool before = phase->absent < 0;
+        if ((watch->other & bit) != 0u && negative != before) {
             absent = 0;
-            phase->other = 0u;
+        }
+        if (absent == 0) {
+            watch->other &= ~bit;
         }
         absent += much ? periods : periods / 2;
         phase->absent = negative ? -absent : absent;
@@ -122,7 +145,7 @@ static uint32_t without_current(current_watch_t *watch, const current_watch_inpu
         current_watch_phase_t *phase = &watch->phase[n];
         phase->fed = 0.0f;
         if (phase->absent != 0) {
-            end_absence(phase, window->value[n]);
+            end_absence(watch, n, window->value[n]);
         }
     }
     return phases;

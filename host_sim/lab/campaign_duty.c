@@ -10,8 +10,8 @@
 #define LINK_PERIODS  3u                       /* [periods] of too high a link with a gate on */
 #define SPEED_SECONDS 5e-3                     /* [s] of too fast a shaft with a gate on */
 #define LOOP_LAG      5.0 /* [-] k_p/k_i of the tracking loop times its bandwidth, at damping 1 */
-/* [-] time from a step of psi_f, times the bandwidth of the loop, until the integral of a loop of damping 1
- * has taken over a speed from the feed-forward up to 5 % of it: (1 + x) exp(-x) = 0.05 at x = w_n t = 4.74,
+/* [-] time from a step of psi_f, times the bandwidth of the loop, until the error of the speed of a loop
+ * of damping 1 has decreased to 5 %: (1 + x) exp(-x) = 0.05 at x = w_n t = 4.74,
  * and w_n is 0.26 of the bandwidth with a feed-forward of a quarter of it */
 #define MAGNET_SETTLES  18.3
 #define AWAY_SECONDS    0.1  /* [s] of a torque that increases the error of the speed */

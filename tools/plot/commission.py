@@ -160,13 +160,6 @@ def read(text):
     return data
 
 
-def formats(text):
-    words = text.split(",")
-    if any(word not in ("html", "png", "svg") for word in words):
-        raise argparse.ArgumentTypeError(f"{text}: accepted: html, png, svg, separated by commas")
-    return words
-
-
 # ---- output ----
 
 def draw(data):
@@ -243,7 +236,7 @@ def write(data, folder, kinds):
         if kind == "html":
             write_page(path, data, figure)
         elif figure is not None:
-            figure.savefig(path, format=kind, metadata={"Software": None} if kind == "png" else {"Date": None})
+            style.save_as(figure, path)
         else:
             continue
         print(f"{'page' if kind == 'html' else 'picture'}: {path}", file=sys.stderr)
@@ -252,7 +245,7 @@ def write(data, folder, kinds):
 def main():
     parser = argparse.ArgumentParser(description="Draws the result of `lagless commission`.")
     parser.add_argument("--out", type=pathlib.Path, required=True)
-    parser.add_argument("--format", type=formats, default=["html"])
+    parser.add_argument("--format", type=style.formats, default=["html"])
     options = parser.parse_args()
     try:
         write(read(sys.stdin.read()), options.out, options.format)

@@ -9,6 +9,7 @@ import numpy
 
 import pictures
 from drive import name_of, spans
+import style
 from style import BLACK
 
 BAND = 0.17        # [in] a line of a panel of bands
@@ -188,5 +189,5 @@ def save(base, title, drawn, events, formats):
     if "png" in formats:
         base.with_name(base.name + ".png").write_bytes(buffer.getvalue())
     if "svg" in formats:
-        figure.savefig(base.with_name(base.name + ".svg"), format="svg", metadata={"Date": None})
+        style.save_as(figure, base.with_name(base.name + ".svg"))
     return buffer.getvalue()

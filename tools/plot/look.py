@@ -23,7 +23,6 @@ import progress
 import style
 from table import InputError
 
-FORMATS = ("html", "png", "svg")
 VALUES_MAX = 12_000_000  # of a page, which opens too slowly with more samples
 SUFFIXES = (".csv", ".mat")
 
@@ -168,13 +167,6 @@ def compare(look):
     return compared.run(look)
 
 
-def formats(text):
-    words = text.split(",")
-    if not set(words) <= set(FORMATS):
-        raise argparse.ArgumentTypeError(f"{text}: accepted: html, png, svg, separated by commas")
-    return words
-
-
 def main():
     parser = argparse.ArgumentParser(description="Draws recordings of lagless, and compares them.")
     commands = parser.add_subparsers(dest="command", required=True)
@@ -182,7 +174,7 @@ def main():
         command = commands.add_parser(name)
         command.add_argument("recordings", type=pathlib.Path, nargs=count)
         command.add_argument("--out", type=pathlib.Path)
-        command.add_argument("--format", type=formats, default=["html"])
+        command.add_argument("--format", type=style.formats, default=["html"])
         command.add_argument("--quiet", action="store_true")
         command.add_argument("--tell", dest="quiet", action="store_false")
     look = Look(parser.parse_args())

@@ -1,4 +1,5 @@
-"""The style of all pictures: palette, settings of matplotlib, curves with few points, saving."""
+"""The style of all pictures: palette, settings of matplotlib, curves with few points, formats, saving."""
+import argparse
 import math
 
 # Okabe and Ito's palette: distinguishable with any colour vision, and by lightness in print.
@@ -46,9 +47,25 @@ def outline(time, values, most=4000):
     return [time[i] for i in order], [values[i] for i in order]
 
 
+FORMATS = ("html", "png", "svg")
+
+
+def formats(text):
+    """The formats of an option `--format html,png`, for argparse."""
+    words = text.split(",")
+    if not set(words) <= set(FORMATS):
+        raise argparse.ArgumentTypeError(f"{text}: accepted: html, png, svg, separated by commas")
+    return words
+
+
+def save_as(figure, path):
+    """Writes the PNG or the SVG that the name of the file has as its ending. Each call writes the same octets."""
+    figure.savefig(path, metadata={"Software": None} if path.suffix == ".png" else {"Date": None})
+
+
 def save(figure, png):
     """Writes a PNG, and the same picture as SVG in the same folder. Each call writes the same octets. OSError if a file cannot be
     written."""
     png.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(png, metadata={"Software": None})
-    figure.savefig(png.with_suffix(".svg"), metadata={"Date": None})
+    save_as(figure, png)
+    save_as(figure, png.with_suffix(".svg"))

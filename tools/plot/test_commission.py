@@ -38,8 +38,8 @@ class Curves(unittest.TestCase):
             return called("commission", "--out", self.folder, "--format", kinds)
 
     def test_share_of_the_lost_voltage_is_continuous_and_has_its_ends(self):
-        # The zone has the half width 0.1 A: nothing is lost at zero current, half at 2/3 of it, three quarters from where the leg of
-        # the whole current has left its zone, everything from where the other two have.
+        # The zone has the half width 0.1 A. At zero current no voltage is lost, at 2/3 of the half width half of the voltage. At the half
+        # width the leg with the whole current leaves its zone: three quarters. At twice this current the other two legs leave it: all.
         for current, share in ((0.0, 0.0), (0.1 * 2 / 3, 0.5), (0.1, 0.75), (0.15, 0.875), (0.2, 1.0), (5.0, 1.0)):
             self.assertAlmostEqual(share, commission.lost_share(current, 0.1), places=9)
             self.assertAlmostEqual(commission.lost_share(current + 1e-9, 0.1), commission.lost_share(current, 0.1), places=6)

@@ -6,7 +6,8 @@
  *     T = 1.5 p (psi + (L_d - psi_q/i_q) i_d) (i_q - D |e|/L_q)
  *
  * D: the edges of the legs are late by this time, and so is the middle of the zero vector, in which the
- * current is equal to its mean. The sample is not, and in the zero vector the current decreases by |e|/L_q.
+ * current is equal to its mean. The sample is earlier, and in the zero vector the current changes by -|e|/L_q
+ * per second.
  */
 #ifndef MEDIUM_COMMISSION_TURNING_WINDOW_H
 #define MEDIUM_COMMISSION_TURNING_WINDOW_H

@@ -280,21 +280,22 @@ static void test_other_angles_of_the_counts_are_no_motion(void)
  * periods. Differences above forty counts, 0.1 rad, are those of a rotor that brakes. */
 static void test_any_braking_to_standstill_may_be_the_rotors(void)
 {
+    enum { SETTLE = 500 }; /* 25 time constants of the slowest loop */
     static const float bandwidths[] = {500.0f, 1000.0f, 1500.0f, 3000.0f};
     for (size_t n = 0; n < 4; n++) {
         for (int sign = -1; sign <= 1; sign += 2) {
-            for (int periods = 1; periods <= 200; periods++) {
+            for (int periods = 1; periods <= 200; periods += SWEEP_FEW) {
                 encoder_params_t params = PARAMS;
                 params.bandwidth = bandwidths[n];
                 encoder_t encoder;
                 start_at_zero(&encoder, &params);
                 double turns = 0.0;
                 double speed = 0.01 * sign; /* turns per period */
-                for (int k = 0; k < 3000 + 4 * periods; k++) {
-                    speed -= k >= 3000 && k < 3000 + periods ? 0.01 * sign / periods : 0.0;
-                    turns += k >= 3000 + periods ? 0.0 : speed;
+                for (int k = 0; k < SETTLE + 4 * periods; k++) {
+                    speed -= k >= SETTLE && k < SETTLE + periods ? 0.01 * sign / periods : 0.0;
+                    turns += k >= SETTLE + periods ? 0.0 : speed;
                     (void)encoder_step(&encoder, &tuning, count_at(turns, 10000.0));
-                    if (k >= 3000 && fabs((double)encoder.missed) > 80.0 * half_step(&params)) {
+                    if (k >= SETTLE && fabs((double)encoder.missed) > 80.0 * half_step(&params)) {
                         TEST_ASSERT_TRUE(encoder_may_brake(&encoder, &tuning));
                     }
                 }

@@ -327,10 +327,12 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
                       params->motor_flux_linkage / params->motor_inertia,
         .dead_time = params->dead_time,
         .drop = params->device_drop,
+        .bandwidth = params->current_bandwidth,
         .range = DRIVE_CURRENT_RANGE,
         .three_sensors = DRIVE_CURRENT_SENSORS == 3,
         .judged = params->current_judged == (int32_t)CURRENT_JUDGED,
         .period = DRIVE_PERIOD,
+        .window = DRIVE_PERIOD * (float)DRIVE_WINDOW,
     };
     tuning->medium.current_watch = current_watch_prepare(&current);
     const float l_d = current.inductance_d;

@@ -1,6 +1,7 @@
 #include "medium/protect/current_watch_parts.h"
 
 #include "math/bounds.h"
+#include "math/exponential.h"
 #include "math/periods.h"
 #include "math/trig.h"
 
@@ -36,6 +37,7 @@
 #define NONE_SHARE    0.0075f /* [-] of the range: largest value of a phase without current */
 #define CARRIES_SHARE 0.02f   /* [-] of the range: least requested current, least current of another */
 #define LOSS_TIME     3.2e-3f /* [s] */
+#define SLOW_SHARE    0.7f    /* [-] of the bandwidth of the current control: assumed L 30 % too small */
 #define FLUX_TURN     2.6f  /* [-] of psi_f: half a turn, and an assumed psi_f that is a quarter too small */
 #define SUM_SHARE     0.08f /* [-] of the range */
 #define TURN_DOUBT    3.33333333f /* [-] speed of a tracked rotor over the speed whose EMF is uncertain */
@@ -78,6 +80,7 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
         .gain.min = GAIN_MIN * inductance / larger,
         .gain.max = GAIN_MAX * inductance / smaller,
         .none = NONE_SHARE * params->range,
+        .lag = exponential(-SLOW_SHARE * params->bandwidth * params->window),
         .carries = CARRIES_SHARE * params->range,
         .absent = (int32_t)periods_of(LOSS_TIME, params->period),
         .sum = SUM_SHARE * params->range,
@@ -95,6 +98,7 @@ void current_watch_begin(current_watch_t *watch)
     watch->suspected = 0u;
     watch->current = (ab_t){0.0f, 0.0f};
     watch->emf = 0.0f;
+    watch->expected = (dq_t){0.0f, 0.0f};
     watch->asked = 0.0f;
     watch->steered = 0u;
     watch->windows = 0u;

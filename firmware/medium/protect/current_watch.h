@@ -18,12 +18,11 @@
  *     gain    of the new part of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
  *             and by more than the saliency of a rotor in any position explains
- *     loss    a phase for which a current is requested, on a window's mean, with more voltage than the dead
- *             time may take, has nearly no current of this sign for some time; if no other phase carries
- *             current, with more voltage than the dead time and the uncertain EMF;
- *             or for twice the time, while the current of any phase deviates from the requested one;
- *             or its voltage exceeds the effect of any rotor's flux
- *     sum     three sensors whose currents do not add up to zero
+ *     loss    a phase for which a current is requested, which the control has had time to follow, with more
+ * voltage than the dead time may take, has nearly no current of this sign for some time; if no other phase
+ * carries current, with more voltage than the dead time and the uncertain EMF; or for twice the time, while
+ * the current of any phase deviates from the requested one; or its voltage exceeds the effect of any rotor's
+ * flux sum     three sensors whose currents do not add up to zero
  *
  * Derivation, margins and undetected errors: docs/theory.md, 27. Only the voltage is summed in each period;
  * the rest is computed once per window. No division.
@@ -59,10 +58,12 @@ typedef struct {
                            stands still */
     float dead_time;    /* of the legs over T [-]: part of the link that may be lost */
     float drop;         /* of a device [V] */
+    float bandwidth;    /* of the current control [rad/s] */
     float range;        /* range of the sensors in both directions [A] */
     bool three_sensors; /* true: phase c has a sensor of its own */
     bool judged;        /* false: no condition is ever reported */
     float period;       /* T [s] */
+    float window;       /* T_w, from one step to the next [s] */
 } current_watch_params_t;
 
 /* Time for which a value must not have changed. */
@@ -102,6 +103,7 @@ typedef struct {
     current_watch_limits_t gain;
     float none;       /* largest value of a phase without current [A] */
     float slow_link;  /* DC link, below which the voltage limit lets a current lag far behind [V] */
+    float lag;        /* share of a change of the request that is still missing a window later [-] */
     float carries;    /* least current of a phase that carries current [A] */
     int32_t absent;   /* [periods] without current that count as a loss */
     float sum;        /* largest sum of three currents [A] */
@@ -141,6 +143,7 @@ typedef struct {
     uint32_t biased;    /* [-] bits of these with a known `bias` */
     ab_t current;       /* at the last window's end [A] */
     float emf;          /* uncertain part of the EMF in the last window [A] */
+    dq_t expected;      /* requested current as the control follows it, times the periods of a window [A] */
     float asked;        /* square of the requested current at the last window's end [A^2] */
     uint32_t steered; /* [-] bits: the requested length changed in this window, 1; one or two before, 2, 4 */
     uint32_t windows; /* [windows] since the watch began */

@@ -6,6 +6,7 @@
 #define APART_SHARE     0.25f /* [-] of the largest phase current: least deviation from the requested current */
 #define LITTLE_SHARE    0.5f  /* [-] of the requested current: limit where the EMF contradicts */
 #define ELSEWHERE_TIMES 4     /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
+#define SLOW_TIMES      4     /* [-] the same at the voltage limit of a slow link */
 #define SHORT_LEAST     0.25f /* [-] of the largest value of a phase without current: above its noise */
 #define SHORT_SHARE     0.5f  /* [-] of its share of a short current: least current of a sound phase */
 #define FED_SHARE       0.1f  /* [-] of its limit: above this only this law is used */
@@ -68,21 +69,21 @@ static void end_absence(current_watch_t *watch, uint32_t n, float value)
  * dependent, and while the voltage exceeds that of the dead time, so that a current must flow. If no other
  * phase carries current, because the request is along the axis of this phase, the voltage must also exceed
  * the uncertain EMF: the current control may balance an EMF while no phase carries a small request. `asked`:
- * requested currents, in all of the window's periods [A]. A deviation of only the others counts half, because
- * a frame with a wrong angle causes one as well. If the EMF contradicts, a diode may carry the current in
- * place of a switch: half of the requested current then counts as no current. If the EMF contradicts along no
- * phase's axis, the encoder is probably wrong, and the dead time, compensated with a wrong angle, may hold a
- * phase at zero for some milliseconds: the time is longer then. At the limit of a low link voltage a current
- * lags behind the requested one. */
+ * requested currents as the control follows them, times the periods of a window [A]. A deviation of only the
+ * others counts half, because a frame with a wrong angle causes one as well. If the EMF contradicts, a diode
+ * may carry the current in place of a switch: half of the requested current then counts as no current. If the
+ * EMF contradicts along no phase's axis, the encoder is probably wrong, and the dead time, compensated with a
+ * wrong angle, may hold a phase at zero for some milliseconds: the time is longer then. It is longer, too, at
+ * the limit of a low link voltage, where a current may lag for some milliseconds more than the control does.
+ */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
                       const current_watch_window_t *window, const float asked[3])
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
     const bool others = window->largest > tuning->carries;
-    const bool lags = input->limited && (input->u_dc < tuning->slow_link || !others);
     const float held = others ? window->dead : window->dead + window->any;
-    const bool judged = !lags && !bounds_within(window->moved[n], held);
+    const bool judged = (others || !input->limited) && !bounds_within(window->moved[n], held);
     const float least = window->periods * (tuning->carries + APART_SHARE * window->largest);
     const bool much = judged && !bounds_within(asked[n], least);
     const float value = window->value[n];
@@ -94,7 +95,8 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     int32_t absent = phase->absent < 0 ? -phase->absent : phase->absent;
     if (judged && !is_still(watch, n) && (much || deviates(asked, window, least)) &&
         (input->contradicted || !shares(watch, asked, window, n))) {
-        const int32_t periods = (int32_t)window->periods;
+        const bool slow = input->limited && input->u_dc < tuning->slow_link;
+        const int32_t periods = slow ? (int32_t)window->periods / SLOW_TIMES : (int32_t)window->periods;
         const bool negative = asked[n] < 0.0f;
         const uint32_t bit = UINT32_C(1) << n;
         const bool before = phase->absent < 0;
@@ -151,17 +153,27 @@ static uint32_t without_current(current_watch_t *watch, const current_watch_inpu
     return phases;
 }
 
+/* The current that the control reaches by the end of the window with the requests so far, times the periods
+ * of a window [A]. Its answer to a step of the request is a first-order lag. */
+static dq_t follow(const current_watch_t *watch, dq_t asked)
+{
+    const float lag = watch->tuning.lag;
+    return (dq_t){asked.d + lag * (watch->expected.d - asked.d),
+                  asked.q + lag * (watch->expected.q - asked.q)};
+}
+
 uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t *input,
                              const current_watch_window_t *window)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
+    watch->expected = follow(watch, input->asked_for);
     const uint32_t phases = without_current(watch, input, window);
     if (phases == 0u) {
         return 0u;
     }
     const float flux = input->forced ? FORCED_SHARE * tuning->flux : tuning->flux;
     float asked[3];
-    spread(asked, frames_inverse_clarke(frames_inverse_park(input->asked_for, input->frame)));
+    spread(asked, frames_inverse_clarke(frames_inverse_park(watch->expected, input->frame)));
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < 3u; n++) {
         if ((phases >> n & 1u) == 0u) {

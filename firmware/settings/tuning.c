@@ -327,7 +327,6 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
                       params->motor_flux_linkage / params->motor_inertia,
         .dead_time = params->dead_time,
         .drop = params->device_drop,
-        .bandwidth = params->current_bandwidth,
         .range = DRIVE_CURRENT_RANGE,
         .three_sensors = DRIVE_CURRENT_SENSORS == 3,
         .judged = params->current_judged == (int32_t)CURRENT_JUDGED,

@@ -18,7 +18,7 @@
  *     gain    of the new part of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
  *             and by more than the saliency of a rotor in any position explains
- *     loss    a phase for which a current is requested, which the control has had time to follow, with more
+ *     loss    a phase for which a current is requested in two windows in succession, on their mean, with more
  * voltage than the dead time may take, has nearly no current of this sign for some time; if no other phase
  * carries current, with more voltage than the dead time and the uncertain EMF; or for twice the time, while
  * the current of any phase deviates from the requested one; or its voltage exceeds the effect of any rotor's
@@ -58,7 +58,6 @@ typedef struct {
                            stands still */
     float dead_time;    /* of the legs over T [-]: part of the link that may be lost */
     float drop;         /* of a device [V] */
-    float bandwidth;    /* of the current control [rad/s] */
     float range;        /* range of the sensors in both directions [A] */
     bool three_sensors; /* true: phase c has a sensor of its own */
     bool judged;        /* false: no condition is ever reported */
@@ -103,7 +102,7 @@ typedef struct {
     current_watch_limits_t gain;
     float none;       /* largest value of a phase without current [A] */
     float slow_link;  /* DC link, below which the voltage limit lets a current lag far behind [V] */
-    float lag;        /* share of a change of the request that is still missing a window later [-] */
+    float fast;       /* speed from which a half turn is shorter than three windows [rad/s] */
     float carries;    /* least current of a phase that carries current [A] */
     int32_t absent;   /* [periods] without current that count as a loss */
     float sum;        /* largest sum of three currents [A] */
@@ -124,8 +123,10 @@ typedef struct {
     float beside;   /* another sensor's value then [A] */
     float fed;      /* sum of p without the EMF, beyond its uncertainty, while nearly no current flows [A] */
     int32_t absent; /* [periods] with a requested current, and without a measured one; sign of the request */
-    uint32_t still; /* [periods] for which it has not changed */
-    uint32_t sure;  /* [periods] for which it must not change */
+    int32_t first;  /* [periods] of the first window since a current flowed, not yet in `absent` */
+    uint32_t missing; /* [-] 1: since a current flowed a requested one has been missing */
+    uint32_t still;   /* [periods] for which it has not changed */
+    uint32_t sure;    /* [periods] for which it must not change */
 } current_watch_phase_t;
 
 /* A ratio of m to p, while consecutive windows agree about its side. */
@@ -143,7 +144,6 @@ typedef struct {
     uint32_t biased;    /* [-] bits of these with a known `bias` */
     ab_t current;       /* at the last window's end [A] */
     float emf;          /* uncertain part of the EMF in the last window [A] */
-    dq_t expected;      /* requested current as the control follows it, times the periods of a window [A] */
     float asked;        /* square of the requested current at the last window's end [A^2] */
     uint32_t steered; /* [-] bits: the requested length changed in this window, 1; one or two before, 2, 4 */
     uint32_t windows; /* [windows] since the watch began */

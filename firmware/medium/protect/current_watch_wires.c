@@ -6,7 +6,7 @@
 #define APART_SHARE     0.25f /* [-] of the largest phase current: least deviation from the requested current */
 #define LITTLE_SHARE    0.5f  /* [-] of the requested current: limit where the EMF contradicts */
 #define ELSEWHERE_TIMES 4     /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
-#define SLOW_TIMES      4     /* [-] the same at the voltage limit of a slow link */
+#define SLOW_TIMES      4     /* [-] factor on the time at the voltage limit of a slow link */
 #define SHORT_LEAST     0.25f /* [-] of the largest value of a phase without current: above its noise */
 #define SHORT_SHARE     0.5f  /* [-] of its share of a short current: least current of a sound phase */
 #define FED_SHARE       0.1f  /* [-] of its limit: above this only this law is used */
@@ -61,7 +61,24 @@ static void end_absence(current_watch_t *watch, uint32_t n, float value)
     current_watch_phase_t *phase = &watch->phase[n];
     const bool missing = value < 0.0f ? phase->absent < 0 : phase->absent > 0;
     phase->absent = missing ? 0 : phase->absent;
+    phase->missing = 0u;
     watch->other |= UINT32_C(1) << n;
+}
+
+/* The time [periods] that counts with this window, whose requested current is missing for `periods`. The
+ * first such window after a current counts together with the second, because the control follows a new
+ * request only later: a request that has changed again by then never becomes a current. Where the phase turns
+ * so fast that its request seldom lasts for two windows, the first one counts by itself. */
+static int32_t counted(current_watch_phase_t *phase, int32_t periods, bool fast)
+{
+    if (phase->missing == 0u) {
+        phase->missing = 1u;
+        phase->first = fast ? 0 : periods;
+        return fast ? periods : 0;
+    }
+    const int32_t first = phase->first;
+    phase->first = 0;
+    return first + periods;
 }
 
 /* True if a phase has been without current for long enough. The time counts while the current control does
@@ -69,13 +86,12 @@ static void end_absence(current_watch_t *watch, uint32_t n, float value)
  * dependent, and while the voltage exceeds that of the dead time, so that a current must flow. If no other
  * phase carries current, because the request is along the axis of this phase, the voltage must also exceed
  * the uncertain EMF: the current control may balance an EMF while no phase carries a small request. `asked`:
- * requested currents as the control follows them, times the periods of a window [A]. A deviation of only the
- * others counts half, because a frame with a wrong angle causes one as well. If the EMF contradicts, a diode
- * may carry the current in place of a switch: half of the requested current then counts as no current. If the
- * EMF contradicts along no phase's axis, the encoder is probably wrong, and the dead time, compensated with a
- * wrong angle, may hold a phase at zero for some milliseconds: the time is longer then. It is longer, too, at
- * the limit of a low link voltage, where a current may lag for some milliseconds more than the control does.
- */
+ * requested currents, in all of the window's periods [A]. A deviation of only the others counts half, because
+ * a frame with a wrong angle causes one as well. If the EMF contradicts, a diode may carry the current in
+ * place of a switch: half of the requested current then counts as no current. If the EMF contradicts along no
+ * phase's axis, the encoder is probably wrong, and the dead time, compensated with a wrong angle, may hold a
+ * phase at zero for some milliseconds: the time is longer then. It is longer, too, at the limit of a low link
+ * voltage, where a current may lag for some milliseconds more than the control does. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
                       const current_watch_window_t *window, const float asked[3])
 {
@@ -106,7 +122,8 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
         if (absent == 0) {
             watch->other &= ~bit;
         }
-        absent += much ? periods : periods / 2;
+        const bool fast = !bounds_within(input->omega_e, tuning->fast);
+        absent += counted(phase, much ? periods : periods / 2, fast);
         phase->absent = negative ? -absent : absent;
     }
     return absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
@@ -146,6 +163,7 @@ static uint32_t without_current(current_watch_t *watch, const current_watch_inpu
         }
         current_watch_phase_t *phase = &watch->phase[n];
         phase->fed = 0.0f;
+        phase->missing = 0u;
         if (phase->absent != 0) {
             end_absence(watch, n, window->value[n]);
         }
@@ -153,27 +171,17 @@ static uint32_t without_current(current_watch_t *watch, const current_watch_inpu
     return phases;
 }
 
-/* The current that the control reaches by the end of the window with the requests so far, times the periods
- * of a window [A]. Its answer to a step of the request is a first-order lag. */
-static dq_t follow(const current_watch_t *watch, dq_t asked)
-{
-    const float lag = watch->tuning.lag;
-    return (dq_t){asked.d + lag * (watch->expected.d - asked.d),
-                  asked.q + lag * (watch->expected.q - asked.q)};
-}
-
 uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t *input,
                              const current_watch_window_t *window)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
-    watch->expected = follow(watch, input->asked_for);
     const uint32_t phases = without_current(watch, input, window);
     if (phases == 0u) {
         return 0u;
     }
     const float flux = input->forced ? FORCED_SHARE * tuning->flux : tuning->flux;
     float asked[3];
-    spread(asked, frames_inverse_clarke(frames_inverse_park(watch->expected, input->frame)));
+    spread(asked, frames_inverse_clarke(frames_inverse_park(input->asked_for, input->frame)));
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < 3u; n++) {
         if ((phases >> n & 1u) == 0u) {

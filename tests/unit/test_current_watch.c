@@ -728,6 +728,33 @@ static void test_a_phase_lacks_current_that_had_none_at_the_last_window_either(v
     }
 }
 
+/* Phase a carries no current in two windows in which 2 A are requested. It still lacks a current while 0.14 A
+ * are requested, less than the limit, until it carries one of the missing sign: a current of the other sign
+ * may flow through the diode of an open switch. Without a missing current the same small request is no lack.
+ */
+static void test_a_missing_current_is_missing_until_the_phase_carries_one(void)
+{
+    static const struct {
+        float flows, asked; /* [A], in the direction of the request */
+        bool lacks;
+    } windows[] = {{0.0f, 0.0f, false},  {0.0f, 2.0f, false}, {0.0f, 2.0f, true},  {0.0f, 0.0f, true},
+                   {-1.0f, 0.0f, false}, {0.0f, 0.0f, true},  {1.0f, 2.0f, false}, {0.0f, 0.0f, false}};
+    for (int way = -1; way <= 1; way += 2) {
+        const float sign = (float)way;
+        setUp();
+        for (uint32_t n = 0; n < WINDOW * sizeof windows / sizeof windows[0]; n++) {
+            const uint32_t window = n / WINDOW;
+            const float a = sign * windows[window].flows + 0.02f * (float)(n % 3u);
+            const abc_t current = {a, 3.0f, -3.0f - a};
+            judge((ab_t){30.0f * sign, 0.0f}, current, (ab_t){sign * windows[window].asked, 3.0f});
+            const abc_t small = {0.14f * sign, 3.0f, -3.0f - 0.14f * sign};
+            if (n % WINDOW == WINDOW - 1u) {
+                TEST_ASSERT_EQUAL(windows[window].lacks, current_watch_lacks(&watch, current, small));
+            }
+        }
+    }
+}
+
 /* A loss requires 32 successive periods without current. The test has 24 of them, a window that ends with
  * 1 A, and 24 again; the first window is not judged. */
 static void test_a_window_with_current_ends_the_time_without_current(void)

@@ -111,15 +111,18 @@ void current_watch_begin(current_watch_t *watch)
 
 bool current_watch_lacks(const current_watch_t *watch, abc_t current, abc_t asked)
 {
-    const float none = watch->tuning.none;
+    const current_watch_tuning_t *tuning = &watch->tuning;
     float now[3];
     float wanted[3];
     spread(now, current);
     spread(wanted, asked);
     bool lacks = false;
     for (uint32_t n = 0; n < 3u; n++) {
-        lacks = lacks || (bounds_within(now[n], none) && bounds_within(watch->phase[n].value, none) &&
-                          !bounds_within(wanted[n], none));
+        const current_watch_phase_t *phase = &watch->phase[n];
+        const int32_t twice = 2 * phase->absent;
+        const bool open = twice >= tuning->absent || -twice >= tuning->absent;
+        lacks = lacks || (bounds_within(now[n], tuning->none) && bounds_within(phase->value, tuning->none) &&
+                          (open || !bounds_within(wanted[n], tuning->none)));
     }
     return lacks;
 }

@@ -33,6 +33,10 @@
 
 #define SAME_AXIS 0.01f /* [-] square of the sine since it reached an axis: 6 degrees */
 
+/* Square of a difference over that of the known axis, from which on it shows this axis better: noise and the
+ * dead time turn it by less. The difference of a wrong encoder turns, but hardly becomes so much longer. */
+#define LONGER 2.0f /* [-] */
+
 /* The mean difference: over these windows the noise, which has opposite signs from one window to the next,
  * falls to a fifth of a single window's, and a difference that turns at 100 rad/s lags by 14 degrees. */
 #define OFF_WINDOWS 4u
@@ -221,17 +225,31 @@ static void add_off(encoder_watch_t *watch, bool wrong, bool in_mean, ab_t off)
     watch->off.beta += share * (off.beta - watch->off.beta);
 }
 
-/* The same of the mean difference [V^2]: consecutive windows share the sample between them, whose noise has
- * opposite signs in both, so that the noise of the two ends remains in the mean of n of them, 1/n of a single
- * window's. */
+/* True if the difference may be that of a phase without current beside two that carry one: within an error
+ * `noise` [V^2] the current is perpendicular to it. */
+static inline bool is_bare(const encoder_watch_t *watch, ab_t off, float noise)
+{
+    const ab_t current = watch->current;
+    const float along = off.alpha * current.alpha + off.beta * current.beta;
+    return along * along < watch->tuning.doubtful * square_of(off) + noise * square_of(current);
+}
+
+/* Square of the error of the mean difference by noise [V^2]: consecutive windows share the sample between
+ * them, whose noise has opposite signs in both, so that the noise of the two ends remains in the mean of n of
+ * them, 1/n of a single window's. It is used while nearly no current flows, or none in the direction of the
+ * difference: the current watch reports no wire of a phase in which nearly no current is requested. */
 static float noise_of_mean(const encoder_watch_t *watch)
 {
     static const float squares[OFF_WINDOWS] = {1.0f, 1.0f / 4.0f, 1.0f / 9.0f, 1.0f / 16.0f};
-    return watch->wrong != 0u ? squares[watch->wrong - 1u] * noise_of(watch) : noise_of(watch);
+    const float noise = squares[watch->wrong != 0u ? watch->wrong - 1u : 0u] * watch->tuning.noise;
+    const bool used =
+        is_unseen(watch) ? hardly_flows(&watch->tuning, watch->current) : is_bare(watch, watch->off, noise);
+    return used ? noise : 0.0f;
 }
 
 /* True if the mean difference of at least two windows, or with a known axis of one, lies along the axis of
- * one phase alone, and has not moved since it reached this axis. The EMF of a rotor that turns the other way
+ * one phase alone, and has not moved since it reached this axis. A longer difference on an axis shows the
+ * direction of the axis better, and replaces the known one. The EMF of a rotor that turns the other way
  * is constant and may lie there; that of a rotor whose encoder does not turn leaves it. A difference that has
  * already stayed on an axis passes through zero twice per turn of the rotor, and returns to the same axis
  * with the other sign. Near zero the error `wrong_flux` of psi_f omega [V] turns it by more than the angle
@@ -250,8 +268,13 @@ static bool is_of_a_phase(encoder_watch_t *watch, bool in_mean, float wrong_flux
     const float cross = off.alpha * axis.beta - off.beta * axis.alpha;
     const float a = square_of(off);
     const float b = square_of(axis);
-    return (watch->wrong >= 2u || watch->along != 0u) && (returns || is_along(off, beside)) &&
-           cross * cross < SAME_AXIS * a * b + about * (a + b);
+    const bool on_one = is_along(off, returns ? 0.0f : beside);
+    const bool stays = (watch->wrong >= 2u || watch->along != 0u) && (returns || on_one) &&
+                       cross * cross < SAME_AXIS * a * b + about * (a + b);
+    if (stays && on_one && a > LONGER * b) {
+        watch->axis = off;
+    }
+    return stays;
 }
 
 /* Counts for how long the difference has stayed on one axis. A difference that is too small to be wrong

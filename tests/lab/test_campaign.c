@@ -117,6 +117,29 @@ static void test_every_motor_can_be_driven_by_the_board(void)
     }
 }
 
+/* A catch closes the bridge on a rotor at 0.9 of rated speed, whose EMF acts for three periods on the winding
+ * before the control balances it. The flux that overcurrent_trip, 1.5 times the rated current, has on each
+ * axis is at least the flux of this EMF. Where the q axis saturates, it is L_q i/sqrt(1 + (i/I_s)^2). */
+static void test_no_catch_of_a_motor_trips_by_its_current_also_where_the_iron_saturates(void)
+{
+    uint32_t saturates = 0;
+    for (uint32_t run = 0; run < DRAWN; run++) {
+        campaign_case_t drawn;
+        campaign_draw(16u, run, 2.0, &drawn);
+        const campaign_motor_t m = campaign_motor(&drawn);
+        if (CAMPAIGN_VALUE(&drawn, motor_drawn) == 0.0) {
+            continue;
+        }
+        const double current = 1.5 * m.current;
+        const double bent = m.saturation > 0.0 ? hypot(1.0, current / m.saturation) : 1.0;
+        const double least = fmin(m.inductance_d * current, m.inductance_q * current / bent);
+        const double driven = 3.0 * RIG_PERIOD_SECONDS * 0.9 * m.pole_pairs * m.speed * m.flux_linkage;
+        TEST_ASSERT_TRUE(least >= driven * 0.999999);
+        saturates += m.saturation > 0.0;
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(DRAWN / 20u, saturates);
+}
+
 /* The share of refused draws is below a hundredth, and each refusal names a row and a reason. */
 static void test_what_is_drawn_is_accepted(void)
 {

@@ -241,7 +241,8 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
       "needs; a quick stop after a fault ends within fault_stop_time")                                       \
     I(TRIP_SPEED, "trip_speed", 1.05, "overspeed_trip",                                                      \
       "while the drive runs with a gate on, the shaft does not exceed this for 5 ms; without encoder the "   \
-      "lag of the tracking loop is added to this time")                                                      \
+      "lag of the tracking loop is added to this time; with a wrong encoder it is 20 ms, within which this " \
+      "fault must be reported")                                                                              \
     I(TRIP_LINK, "trip_link", 1.0, "dc_overvoltage",                                                         \
       "while a gate is on, the DC link does not exceed this limit plus the error of its sensor for three "   \
       "periods")                                                                                             \

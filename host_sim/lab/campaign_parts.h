@@ -172,6 +172,7 @@ typedef struct {
     bool brakes;         /* the present request is slower than the shaft was, or in the other direction */
     uint32_t off, fast, high, mute; /* [periods] duration of: enable = off with a gate on; speed too high;
                                        link too high; enable = on without bridge and refusal */
+    uint32_t miscoded;     /* [periods] time with a gate on and with a wrong encoder that control uses */
     uint32_t away;         /* [periods] time for which the torque has increased the error of the speed */
     double away_torque;    /* [N m] largest torque in that time */
     double away_wound;     /* [N m] by which the integral of the speed control changes in that time */

@@ -340,6 +340,46 @@ static void test_too_fast_a_shaft_may_last_until_the_loop_has_followed_a_weak_ma
     }
 }
 
+/* The EMF must show a wrong encoder within the 20 ms of the promise, which begin when the bridge comes on. If
+ * control does not use the encoder, the shaft has 5 ms and the 25 ms of the lag. */
+static void test_too_fast_a_shaft_may_last_until_a_wrong_encoder_must_be_noticed(void)
+{
+    static const struct {
+        const char *fault;
+        double encoder, seconds;
+    } cases[] = {{"encoder_stuck_b", 1.0, 20e-3},
+                 {"encoder_lines", 1.0, 20e-3},
+                 {"encoder_stuck_b", 0.0, 30e-3},
+                 {"jam", 1.0, 5e-3}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew(cases[n].fault, 1.0);
+        observed.quantities[CAMPAIGN_Q_encoder] = cases[n].encoder;
+        inject("", 0.0, 0.0);
+        for (int again = 0; again < 2; again++) {
+            set_rows("gates=0 true_omega_m=233.2 omega_m_ref=233.2 speed_request=233.2");
+            pass(0.1);
+            set_rows("gates=1");
+            pass(cases[n].seconds - 3.0 * PERIOD);
+            expect_held();
+        }
+        pass(6.0 * PERIOD);
+        expect_violated(CAMPAIGN_I_TRIP_SPEED);
+    }
+}
+
+/* A shaft that becomes too fast while the encoder has been wrong for 20 ms has the usual 5 ms. */
+static void test_an_encoder_that_has_been_wrong_for_long_does_not_excuse_too_fast_a_shaft(void)
+{
+    judge_anew("encoder_stuck_b", 1.0);
+    set_rows("true_omega_m=100 omega_m_ref=100 speed_request=100");
+    pass(20e-3);
+    set_rows("true_omega_m=233.2");
+    pass(5e-3);
+    expect_held();
+    pass(3.0 * PERIOD);
+    expect_violated(CAMPAIGN_I_TRIP_SPEED);
+}
+
 /* The trip is 220 rad/s. The EMF denies an encoder from 1/0.7 of the rotor's speed on. */
 static void test_an_encoder_may_show_an_overspeed_that_the_emf_does_not_deny(void)
 {

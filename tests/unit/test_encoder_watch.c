@@ -178,6 +178,29 @@ static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
     }
 }
 
+/* At 1.9 psi_f omega_least the sign must last for 8/0.8/1.9 = 5.3 judgements, six. The current passes the
+ * limit in every second window. Those below it neither add to the sum nor halve it. */
+static void test_windows_without_a_current_do_not_count_against_the_others(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        begin(0.0, 0.2f);
+        rotor += PI;
+        uint32_t flows = 0u;
+        uint32_t put_off = 0u;
+        uint32_t found = 0u;
+        for (uint32_t n = 0; n < 200u && found == 0u; n++) {
+            const uint32_t waited = watch.waited;
+            current.alpha = n % 2u == 0u ? 0.21f : 0.19f;
+            found = judge(way * 1.9 * LEAST, 1.0, way * 1.9 * LEAST);
+            const bool counts = n >= watch.tuning.settles && n % 2u == 0u;
+            flows += counts ? 1u : 0u;
+            put_off += counts && watch.waited > waited ? 1u : 0u;
+        }
+        TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, found);
+        TEST_ASSERT_EQUAL_UINT32(6u, flows - put_off);
+    }
+}
+
 /* The share of windows [-], over ten turns at 240 rad/s, in which both conditions hold: the EMF in the
  * frame of an encoder that is wrong by `off` [rad] differs much from the rotor's, and the difference is
  * along the axis of no phase. */
@@ -303,6 +326,54 @@ static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
     }
 }
 
+/* A rotor turns at 240 rad/s, by 11 degrees in a window, while its encoder stands or nearly so. The mean of
+ * two windows is off the q axis by 11, 22 and 33 degrees at the second, third and fourth judgement. All of
+ * these count half, because the EMF is longer than three times that of the encoder's speed. The fifth
+ * judgement, whose EMF is off by more than 37 degrees, completes the three. */
+static void test_an_emf_without_a_speed_of_the_encoder_is_wrong_before_it_has_turned(void)
+{
+    static const double said[] = {0.0, 1e-3, -1e-3, 0.05};
+    for (size_t n = 0; n < sizeof said / sizeof said[0]; n++) {
+        for (int turn = 1; turn >= -1; turn -= 2) {
+            setUp();
+            settle(turn * 240.0);
+            expect(ENCODER_WATCH_MISMATCH, 5u, turn * 240.0, 1.0, turn * 240.0 * said[n]);
+        }
+    }
+}
+
+/* Along the q axis it counts half, whatever the sign of a speed near zero: six judgements instead of three. A
+ * sensor error whose EMF grows with the current causes an overcurrent before. */
+static void test_a_long_emf_that_does_not_turn_needs_six_judgements(void)
+{
+    for (int turn = -1; turn <= 1; turn += 2) {
+        setUp();
+        settle(0.0);
+        uint32_t windows = 0u;
+        uint32_t found = 0u;
+        while (found == 0u && windows < 100u) {
+            const double e = EVERY * 60.0;
+            encoder_watch_add(&watch, (ab_t){(float)(-e * sin(encoder)), (float)(e * cos(encoder))});
+            found = judged(windows % 2u == 0u ? turn * 0.01 : turn * -0.01);
+            windows++;
+        }
+        TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, found);
+        TEST_ASSERT_EQUAL_UINT32(6u, windows);
+    }
+}
+
+/* A configured psi_f that is too small by less than a factor of three makes the EMF too long, but the encoder
+ * is right. */
+static void test_a_magnet_that_is_stronger_than_configured_is_no_error_of_the_encoder(void)
+{
+    static const double speeds[] = {20.0, 61.0, 240.0, 1200.0};
+    for (int n = 0; n < 8; n++) {
+        const double omega = n < 4 ? speeds[n] : -speeds[n - 4];
+        setUp();
+        TEST_ASSERT_EQUAL_UINT32(0u, noticed(omega, 2.9, omega));
+    }
+}
+
 /* The encoder counts in the other direction, and the runs begin at 24 angles between encoder and rotor.
  * The difference of the two EMFs does not rotate. At some of these angles it is along the axis of a phase. */
 static void test_an_encoder_that_counts_the_other_way_is_detected_by_its_direction(void)
@@ -417,7 +488,7 @@ static void test_what_was_seen_before_a_doubt_stays(void)
 {
     settle(1200.0);
     rotor += 1.0;
-    while (watch.count < 2u) {
+    while (watch.count < 2u * 2u) { /* in halves */
         TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
     }
     is_doubtful = true;

@@ -35,7 +35,7 @@
 
 /* Square of a difference over that of the known axis, from which on it shows this axis better: noise and the
  * dead time turn it by less. The difference of a wrong encoder turns, but hardly becomes so much longer. */
-#define LONGER 2.0f /* [-] */
+#define LONGER_AXIS 2.0f /* [-] */
 
 /* The mean difference: over these windows the noise, which has opposite signs from one window to the next,
  * falls to a fifth of a single window's, and a difference that turns at 100 rad/s lags by 14 degrees. */
@@ -110,6 +110,7 @@ static float slip(const encoder_watch_t *watch, dq_t emf)
 typedef struct {
     float along;       /* e_q in the direction of rotation [V] */
     float length;      /* |e| [V] */
+    float square;      /* |e|^2 of the last window alone [V^2] */
     float expected;    /* psi_f |omega| [V] */
     float off;         /* square of the difference to psi_f omega on the q axis [V^2] */
     rotation_t middle; /* the encoder's angle in the middle of the window */
@@ -148,12 +149,16 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
                                     backward ? -omega_emf : omega_emf);
     watch->last = emf;
     watch->known = 1u;
-    const float share = emf.d * emf.d + emf.q * emf.q > tuning->alone ? 0.0f : 0.5f;
+    const float alone = emf.d * emf.d + emf.q * emf.q;
+    const float share = alone > tuning->alone ? 0.0f : 0.5f;
     const dq_t judged = {emf.d + share * (last.d - emf.d), emf.q + share * (last.q - emf.q)};
     const float square = judged.d * judged.d + judged.q * judged.q;
     const float off = judged.q - tuning->flux_linkage * omega_e;
-    return (seen_t){backward ? -judged.q : judged.q, square * inverse_root(square),
-                    tuning->flux_linkage * bounds_magnitude(omega_e), judged.d * judged.d + off * off,
+    return (seen_t){backward ? -judged.q : judged.q,
+                    square * inverse_root(square),
+                    alone,
+                    tuning->flux_linkage * bounds_magnitude(omega_e),
+                    judged.d * judged.d + off * off,
                     middle};
 }
 
@@ -172,6 +177,12 @@ static inline float square_of(ab_t a)
 static inline bool hardly_flows(const encoder_watch_tuning_t *tuning, ab_t current)
 {
     return current.alpha * current.alpha + current.beta * current.beta < tuning->doubtful;
+}
+
+/* The least EMF that is judged at this current [V]. */
+static inline float least_at(const encoder_watch_tuning_t *tuning, ab_t current)
+{
+    return hardly_flows(tuning, current) ? ENCODER_WATCH_SIGNS * tuning->emf_least : tuning->emf_least;
 }
 
 /* Square of the error of a false EMF by noise [V^2]. It is used while nearly no current flows, when the
@@ -271,7 +282,7 @@ static bool is_of_a_phase(encoder_watch_t *watch, bool in_mean, float wrong_flux
     const bool on_one = is_along(off, returns ? 0.0f : beside);
     const bool stays = (watch->wrong >= 2u || watch->along != 0u) && (returns || on_one) &&
                        cross * cross < SAME_AXIS * a * b + about * (a + b);
-    if (stays && on_one && a > LONGER * b) {
+    if (stays && on_one && a > LONGER_AXIS * b) {
         watch->axis = off;
     }
     return stays;
@@ -317,17 +328,38 @@ static inline void hold_speed(encoder_watch_t *watch, bool wrong, float omega_em
     }
 }
 
+/* What the EMF of a judgement says against the encoder. */
+typedef struct {
+    bool aside; /* it has another direction, or it is too long */
+    bool half;  /* it is only too long */
+    bool wrong; /* a sign: one of these, or no EMF, beyond a voltage error */
+    bool open;  /* no sign, but only because nearly no current flows */
+} sign_t;
+
+/* The sign of an EMF above `least`, which is emf_least [V] or, while nearly no current flows, more. While the
+ * EMF is too long for the encoder's speed, the sign of this speed may be that of noise. */
+static inline sign_t sign_of(const seen_t *seen, float emf_least, float least)
+{
+    const float axis = ENCODER_WATCH_AXIS * seen->length;
+    const float longest = ENCODER_WATCH_LONGER * seen->expected;
+    const bool longer = seen->square > longest * longest;
+    const bool turned = longer ? bounds_within(seen->along, axis) : seen->along < axis;
+    const bool off = turned || longer;
+    const bool aside = off && seen->length > least;
+    const bool gone = seen->expected > least && seen->length < ENCODER_WATCH_GONE * seen->expected;
+    const bool wrong = (aside || gone) && seen->off > least * least;
+    return (sign_t){aside, aside && !turned, wrong,
+                    !wrong && off && seen->length > emf_least && seen->length <= least};
+}
+
 uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
     const float omega_emf = watch->omega_emf;
     const seen_t seen = see(watch, input);
-    const float least =
-        hardly_flows(tuning, input->current) ? ENCODER_WATCH_SIGNS * tuning->emf_least : tuning->emf_least;
-    const bool aside = seen.length > least && seen.along < ENCODER_WATCH_AXIS * seen.length;
-    const bool gone = seen.expected > least && seen.length < ENCODER_WATCH_GONE * seen.expected;
-    const bool wrong = (aside || gone) && seen.off > least * least;
-    hold_speed(watch, wrong, omega_emf);
+    const float least = least_at(tuning, input->current);
+    const sign_t sign = sign_of(&seen, tuning->emf_least, least);
+    hold_speed(watch, sign.wrong, omega_emf);
     const bool turns = seen.expected > 0.5f * tuning->emf_least;
     const bool opposite =
         turns && is_beyond_noise(watch, seen.length) &&
@@ -336,9 +368,9 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         opposite && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected);
     const ab_t off = beside(watch, input->omega_e, seen.middle);
     const bool in_mean = needs_mean(watch, off);
-    add_off(watch, wrong, in_mean, off);
-    const float wrong_flux = MUCH_BESIDE * seen.expected;
-    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, in_mean, wrong_flux);
+    add_off(watch, sign.wrong, in_mean, off);
+    const bool of_a_phase =
+        sign.wrong && !backward && is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected);
     watch->elsewhere =
         watch->windows > 0u && seen.length > least && is_elsewhere(watch, off) ? UINT32_C(1) : UINT32_C(0);
     watch->confirmed = 0u;
@@ -346,32 +378,35 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         watch->windows++;
         return 0u;
     }
-    watch->of_a_phase = of_a_phase ? UINT32_C(1) : UINT32_C(0);
-    count_along(watch, wrong, input->doubtful);
+    watch->of_a_phase = of_a_phase && !sign.half ? UINT32_C(1) : UINT32_C(0);
+    count_along(watch, sign.wrong && !sign.half, input->doubtful);
     if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
         watch->waited++;
         return 0u;
     }
-    if (!wrong) {
+    if (sign.open) {
+        return 0u;
+    }
+    if (!sign.wrong) {
         watch->confirmed = seen.length > least && watch->count == 0u ? UINT32_C(1) : UINT32_C(0);
         watch->held *= 0.5f;
-        watch->count >>= 1;
+        watch->count = watch->count >> 2 << 1;
         watch->waited >>= 1;
         return 0u;
     }
-    watch->held += bounds_clamp(aside ? seen.length : seen.expected, tuning->holds);
-    watch->count++;
-    if (watch->held < tuning->holds || watch->count < ENCODER_WATCH_LEAST) {
+    watch->held += bounds_clamp(sign.aside ? seen.length : seen.expected, tuning->holds);
+    watch->count += sign.half ? 1u : 2u;
+    if (watch->held < tuning->holds || watch->count < 2u * ENCODER_WATCH_LEAST) {
         return 0u;
     }
     const bool against =
-        aside && opposite && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least;
+        sign.aside && opposite && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least;
     const bool too_long = (turns || against) && seen.length > TOO_LONG * seen.expected;
-    if (too_long && watch->count < 2u * ENCODER_WATCH_LEAST) {
+    if (too_long && watch->count < 4u * ENCODER_WATCH_LEAST) {
         return 0u;
     }
     watch->held = tuning->holds;
-    watch->count = 2u * ENCODER_WATCH_LEAST;
+    watch->count = 4u * ENCODER_WATCH_LEAST;
     if (watch->along >= ALONG_WINDOWS) {
         return ENCODER_WATCH_WIRE;
     }

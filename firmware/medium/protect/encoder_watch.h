@@ -18,13 +18,16 @@
  *
  *     mismatch    e_q sign(omega) < 0.8 |e|    while |e| > psi_f omega_least    37 degrees, or it turns
  *                 |e| < psi_f |omega|/4        while |omega| > omega_least
+ *                 |e| > 3 psi_f |omega|        while |e| > psi_f omega_least    the rotor turns faster
  *                 and |e - psi_f omega| > psi_f omega_least   a smaller difference may be a voltage error
  *     direction   the same, and LP(omega + (e_last x e)/(|e_last||e| T_j)), the EMF's speed, is against omega
  *                 with at least half of its amount
  *
  * A sign must last for at least three judgements, and until the integral of the wrong or missing EMF reaches
  * psi_f omega_least ENCODER_WATCH_TIME. A larger EMF reaches this sooner, because voltage errors have less
- * effect on it. A judgement without the sign halves the integral. The EMF is doubtful while a wire or a
+ * effect on it. A judgement whose EMF is only too long counts half, because the EMF of exchanged current
+ * sensors grows along the q axis until the current trips; the sign of a speed near zero has no meaning then.
+ * A judgement without the sign halves the integral. The EMF is doubtful while a wire or a
  * current sensor may be wrong. The judgement is then postponed until one without the sign, by
  * ENCODER_WATCH_WAIT in total, and the integral keeps its value.
  *
@@ -44,7 +47,8 @@
  * each period the angle is compared with the angle expected from the speed. A difference of more than 0.5 rad
  * plus two counts is reported in the same period, unless the EMF shows that the rotor brakes. While nearly no
  * current flows, offsets of the sensors may reverse the sign of the compensated dead-time voltage; the least
- * EMF that is judged is then twice as large.
+ * EMF that is judged is then twice as large. A sign below it does not count, but neither is it a judgement
+ * without the sign: integral and postponed judgements keep their values.
  *
  * encoder_watch_add() every T, encoder_watch_step() every n-th, where encoder_watch_rest() is called too.
  * Does not handle: an encoder whose angle is wrong by less than 37 degrees; a wrong direction above 1/T_j,
@@ -61,6 +65,7 @@
 
 #define ENCODER_WATCH_AXIS   0.8f  /* [-] cosine of the largest angle between EMF and q axis */
 #define ENCODER_WATCH_GONE   0.25f /* [-] of psi_f |omega|: a smaller EMF counts as missing */
+#define ENCODER_WATCH_LONGER 3.0f  /* [-] of psi_f |omega|: a longer EMF is that of a faster rotor */
 #define ENCODER_WATCH_SPEED  0.6f  /* [-] of psi_f |omega|: least EMF of a rotor at that speed ... */
 #define ENCODER_WATCH_TURNS  0.7f  /* [-] of |omega|: ... whose EMF turns more slowly, behind the low-pass */
 #define ENCODER_WATCH_SIXTH  0.16666667f /* [-] of x^2 in the series of sin(x)/x */
@@ -123,7 +128,7 @@ typedef struct {
     dq_t last;           /* <e> of the last window [V] */
     float omega_emf;     /* LP of the EMF's speed, positive in the direction of the encoder [rad/s] */
     float held;          /* sum of EMFs of the present sign [V] */
-    uint32_t count;      /* judgements with the sign [-] */
+    uint32_t count;      /* judgements with the sign, in halves [-] */
     uint32_t windows;    /* since a rest [-], up to the number that a judgement needs */
     uint32_t waited;     /* postponed judgements [-]; each one without the sign halves them */
     ab_t off;            /* EMF less the rotor's, mean of the wrong windows in succession [V] */

@@ -496,18 +496,23 @@ static void test_an_emf_of_a_weak_magnet_that_the_control_balances_is_no_loss(vo
     }
 }
 
-/* The request of 1 A, of which 0.3 A flow, is nearly across phase a, whose share of them is 0.08 A: less than
- * the 0.15 A of a phase without current. It is lost with a fifth of this share. */
+/* The request of 1.8 A, of which 0.5 A flow, is nearly across phase a, whose share of them is 0.11 A: less
+ * than the 0.15 A of a phase without current. The phase is not lost with 0.1 A, and it is lost with 0.016 A.
+ * If only 0.3 A flow in the others, no phase carries current, and the control may be unable to follow the
+ * request. */
 static void test_a_phase_with_its_share_of_a_short_current_is_not_lost(void)
 {
-    for (int32_t lost = 0; lost < 2; lost++) {
+    static const struct {
+        float a, b; /* [A] */
+        bool lost;
+    } cases[] = {{0.1f, 0.5f, false}, {0.016f, 0.5f, true}, {0.016f, 0.3f, false}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
         for (uint32_t k = 0; k < 200u; k++) {
-            const float noise = 0.01f * (float)(k % 3u);
-            const float a = lost != 0 ? 0.016f : 0.08f;
-            judge((ab_t){20.0f, 15.0f}, (abc_t){a + noise, 0.22f, -0.22f - a - noise}, (ab_t){0.27f, 0.97f});
+            const float a = cases[n].a + 0.01f * (float)(k % 3u);
+            judge((ab_t){20.0f, 15.0f}, (abc_t){a, cases[n].b, -cases[n].b - a}, (ab_t){0.4f, 1.75f});
         }
-        TEST_ASSERT_EQUAL_UINT32(lost != 0 ? CURRENT_WATCH_LOSS : 0u, seen);
+        TEST_ASSERT_EQUAL_UINT32(cases[n].lost ? CURRENT_WATCH_LOSS : 0u, seen);
     }
 }
 

@@ -86,12 +86,13 @@ static int32_t counted(current_watch_phase_t *phase, int32_t periods, bool fast)
  * dependent, and while the voltage exceeds that of the dead time, so that a current must flow. If no other
  * phase carries current, because the request is along the axis of this phase, the voltage must also exceed
  * the uncertain EMF: the current control may balance an EMF while no phase carries a small request. `asked`:
- * requested currents, in all of the window's periods [A]. A deviation of only the others counts half, because
- * a frame with a wrong angle causes one as well. If the EMF contradicts, a diode may carry the current in
- * place of a switch: half of the requested current then counts as no current. If the EMF contradicts along no
- * phase's axis, the encoder is probably wrong, and the dead time, compensated with a wrong angle, may hold a
- * phase at zero for some milliseconds: the time is longer then. It is longer, too, at the limit of a low link
- * voltage, where a current may lag for some milliseconds more than the control does. */
+ * requested currents, in all of the window's periods [A]. A deviation of only the others counts while they
+ * carry a current, and half, because a frame with a wrong angle causes one as well. If the EMF contradicts, a
+ * diode may carry the current in place of a switch: half of the requested current then counts as no current.
+ * If the EMF contradicts along no phase's axis, the encoder is probably wrong, and the dead time, compensated
+ * with a wrong angle, may hold a phase at zero for some milliseconds: the time is longer then. It is longer,
+ * too, at the limit of a low link voltage, where a current may lag for some milliseconds more than the
+ * control does. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
                       const current_watch_window_t *window, const float asked[3])
 {
@@ -109,7 +110,7 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
         return false;
     }
     int32_t absent = phase->absent < 0 ? -phase->absent : phase->absent;
-    if (judged && !is_still(watch, n) && (much || deviates(asked, window, least)) &&
+    if (judged && !is_still(watch, n) && (much || (others && deviates(asked, window, least))) &&
         (input->contradicted || !shares(watch, asked, window, n))) {
         const bool slow = input->limited && input->u_dc < tuning->slow_link;
         const int32_t periods = slow ? (int32_t)window->periods / SLOW_TIMES : (int32_t)window->periods;

@@ -372,7 +372,10 @@ void params_estimator(const params_t *params, const assumed_t *assumed, estimato
 #define ROOT_2             1.41421356f
 #define HANDOVER_SPEED_MAX 0.3f /* [-] of overspeed_trip, by the rule */
 #define FALLBACK_SHARE     0.4f /* [-] of the hand-over's speed, by the rule */
-#define CATCH_SHARE        0.5f /* [-] of the hand-over's speed, for the slowest rotor that is caught */
+/* [rad/s] electrical, of the slowest rotor that is caught, by the rule: while a catch measures, it turns by
+ * 0.16 rad. Errors of the voltage turn the EMF of a slower one by more, so that its direction is unknown. */
+#define CATCH_SPEED 10.0f
+#define CATCH_SHARE 0.5f /* [-] of the hand-over's speed, for the slowest rotor that is caught */
 
 /* The largest current of a start [A]. Above psi_f/D a salient rotor no longer rests on the current's axis,
  * and on that axis it has no EMF. */
@@ -433,7 +436,9 @@ start_params_t params_start(const params_t *params, const assumed_t *assumed)
     if (start.fallback_speed == 0.0f) {
         start.fallback_speed = FALLBACK_SHARE * start.handover_speed;
     }
-    start.catch_speed = params->start_speed > 0.0f ? params->start_speed : CATCH_SHARE * start.handover_speed;
+    const float slowest = bounds_less(CATCH_SPEED / (float)params->motor_pole_pairs, start.handover_speed);
+    const float catch_speed = bounds_more(CATCH_SHARE * start.handover_speed, slowest);
+    start.catch_speed = params->start_speed > 0.0f ? params->start_speed : catch_speed;
     if (start.ramp == 0.0f) {
         const float able = START_ACCELERATION * 1.5f * emf_per_speed * start.current / assumed->inertia;
         const float fastest = start.handover_speed / START_TIME;

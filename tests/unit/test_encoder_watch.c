@@ -558,6 +558,33 @@ static void test_a_wire_returns_to_its_axis_with_a_wrong_psi(void)
     }
 }
 
+/* An encoder that has slipped by 48 degrees makes a difference of 2 sin(24 deg) psi_f omega = 0.81 psi_f
+ * omega, which turns with the rotor. Half of psi_f omega beside its axis is uncertain: with it, and the error
+ * of psi_f, every direction may be that of the same phase. After 32 postponed judgements the differences must
+ * lie along a line, and a slipped encoder is reported after the 8 that end the axis, and those of a sign. An
+ * open wire of the same voltage stays a wire for as long as the judgement waits, 0.5 s. */
+static void test_a_difference_that_turns_is_no_wire_although_its_direction_is_uncertain(void)
+{
+    encoder_watch_params_t params = usual(0.0, 0.0f);
+    params.unseen = 100.0f;
+    encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    tuning.beside = (float)(0.25 * PSI * 370.0 * PSI * 370.0);
+    for (int wire = 0; wire < 2; wire++) {
+        setUp();
+        encoder_watch_take(&watch, &tuning);
+        rotor = 0.0;
+        encoder = wire != 0 ? 0.0 : 48.0 * PI / 180.0;
+        const double volts = wire != 0 ? 1.2 * PSI * 370.0 : 0.0;
+        uint32_t judgements = 0u;
+        for (; judgements < 400u; judgements++) {
+            if (judge_with(370.0, volts * cos(rotor), 2.0 * PI / 3.0) != 0u) {
+                break;
+            }
+        }
+        TEST_ASSERT_TRUE(wire != 0 ? judgements == 400u : judgements >= 32u && judgements <= 64u);
+    }
+}
+
 /* The EMF of a window has noise of 8 V rms, since its ends are two measured currents: the 40 V of an open
  * wire are up to 36 degrees beside their axis in single windows. The rotor hardly turns, with its q axis
  * perpendicular to the phase. The mean difference remains on the axis: after half a second the broken wire

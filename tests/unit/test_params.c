@@ -363,6 +363,23 @@ static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
+/* A rotor must turn by 10 rad/s, electrical, so that a catch can measure its direction: with one pole pair
+ * and the hand-over at 1.15 x 10 V/1.15 V s, 10 rad/s, this is the hand-over itself; with a third of this
+ * psi_f half of the hand-over, 15 rad/s, is more. With two pole pairs of half this psi_f it is 5 rad/s. */
+static void test_no_rotor_is_caught_whose_direction_cannot_be_measured(void)
+{
+    params.motor_resistance = 0.1f; /* R I below 10 V */
+    params.motor_pole_pairs = 1;
+    params.motor_flux_linkage = 1.15f;
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 10.0f, start_of().handover_speed);
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 10.0f, start_of().catch_speed);
+    params.motor_flux_linkage = 1.15f / 3.0f;
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 15.0f, start_of().catch_speed);
+    params.motor_pole_pairs = 2;
+    params.motor_flux_linkage = 1.15f / 1.6f; /* half of the hand-over is 4 rad/s */
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 5.0f, start_of().catch_speed);
+}
+
 static void test_by_rule_a_start_catches_below_its_hand_over(void)
 {
     for (params.handover_speed = 110.0f; params.handover_speed > 1e-3f; params.handover_speed *= 0.1f) {

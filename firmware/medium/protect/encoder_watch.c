@@ -57,6 +57,12 @@
 #define ALONG_WINDOWS 32u
 #define ALONG_MISSED  8u
 
+/* The mean over 16 windows of a difference that turns at 180 rad/s, at twice its angle, has a fifth of its
+ * square. That of a wire, with a part that turns of up to the same mean square, has a half. */
+#define LINE_SHARE  (1.0f / 16.0f) /* [-] */
+#define LINE_PART   0.5f           /* [-] */
+#define LINE_WAITED 32u /* [windows] postponed, after which the differences must lie along a line */
+
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
 {
     const float every = (float)params->every;
@@ -236,6 +242,22 @@ static void add_off(encoder_watch_t *watch, bool wrong, bool in_mean, ab_t off)
     watch->off.beta += share * (off.beta - watch->off.beta);
 }
 
+/* Adds the difference of a wrong window to the means of its squares. */
+static void add_square(encoder_watch_t *watch, ab_t off)
+{
+    watch->square += LINE_SHARE * (square_of(off) - watch->square);
+    watch->line.alpha += LINE_SHARE * (off.alpha * off.alpha - off.beta * off.beta - watch->line.alpha);
+    watch->line.beta += LINE_SHARE * (2.0f * off.alpha * off.beta - watch->line.beta);
+}
+
+/* True if the differences of the last windows lie along one line: at twice its angle, both of its directions
+ * are the same. Differences that turn with the rotor, and noise, have no mean there. */
+static bool is_on_a_line(const encoder_watch_t *watch)
+{
+    const float least = LINE_PART * watch->square;
+    return square_of(watch->line) > least * least;
+}
+
 /* True if the difference may be that of a phase without current beside two that carry one: within an error
  * `noise` [V^2] the current is perpendicular to it. */
 static inline bool is_bare(const encoder_watch_t *watch, ab_t off, float noise)
@@ -369,8 +391,12 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const ab_t off = beside(watch, input->omega_e, seen.middle);
     const bool in_mean = needs_mean(watch, off);
     add_off(watch, sign.wrong, in_mean, off);
-    const bool of_a_phase =
-        sign.wrong && !backward && is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected);
+    if (sign.wrong) {
+        add_square(watch, off);
+    }
+    const bool of_a_phase = sign.wrong && !backward &&
+                            is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected) &&
+                            (watch->waited < LINE_WAITED || is_on_a_line(watch));
     watch->elsewhere =
         watch->windows > 0u && seen.length > least && is_elsewhere(watch, off) ? UINT32_C(1) : UINT32_C(0);
     watch->confirmed = 0u;

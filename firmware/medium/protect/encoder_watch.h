@@ -132,6 +132,8 @@ typedef struct {
     uint32_t windows;    /* since a rest [-], up to the number that a judgement needs */
     uint32_t waited;     /* postponed judgements [-]; each one without the sign halves them */
     ab_t off;            /* EMF less the rotor's, mean of the wrong windows in succession [V] */
+    ab_t line;           /* mean over some wrong windows of its square, at twice its angle [V^2] */
+    float square;        /* mean of its square [V^2] */
     ab_t axis;           /* the same when it first lay along the axis of a phase [V] */
     uint32_t wrong;      /* largest number of windows in this mean [-] */
     uint32_t along;      /* number of windows on one axis minus number of windows beside it [-] */
@@ -170,6 +172,8 @@ static inline void encoder_watch_rest(encoder_watch_t *watch)
     watch->waited = 0u;
     watch->wrong = 0u;
     watch->along = 0u;
+    watch->line = (ab_t){0.0f, 0.0f};
+    watch->square = 0.0f;
     watch->of_a_phase = 0u;
     watch->elsewhere = 0u;
     watch->confirmed = 0u;

@@ -132,7 +132,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "source of the control's angle; the estimator runs in either case")                                    \
     F(29, start_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
       "mechanical speed above which the drive catches a turning rotor; a slower one is aligned; 0: half of " \
-      "handover_speed")                                                                                      \
+      "handover_speed, at least 10 rad/s electrical, at most handover_speed")                                \
     F(30, observer_gain, "V", 0.0f, 0.0f, 1e4f, TABLE_LIVE,                                                  \
       "k_s of the observer; 0: 1.25 times the largest EMF at overspeed_trip")                                \
     F(31, observer_slope, "1/A", 0.0f, 0.0f, 1e3f, TABLE_LIVE,                                               \

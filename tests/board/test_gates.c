@@ -319,9 +319,11 @@ static rig_t *turning(double share, double load)
     return rig;
 }
 
-/* A very large inductance at a shaft that is turned: the requested current is never reached, the voltage
+/* A very large resistance at a shaft that is turned: the requested current is never reached, the voltage
  * goes to its limit, and in one turn every leg reaches both limits of its duty. The DC link still drives a
- * fifth of the current limit through the winding, because less would be reported as a broken wire. */
+ * fifth of the current limit through the winding, because less would be reported as a broken wire. The
+ * voltage over this resistance, which the drive does not know, is that of a much faster rotor: the encoder is
+ * not judged. */
 static void expect_clamps(double dead_time)
 {
     const double turn = 2.0 * 3.14159265358979 / (board_motor.pole_pairs * 0.2 * board_motor.speed);
@@ -330,6 +332,7 @@ static void expect_clamps(double dead_time)
     rig_t *rig = rig_create(72);
     board_put_motor(rig);
     run_parameter(rig, "dead_time", dead_time);
+    run_parameter(rig, "encoder_fault_reaction", (double)ENCODER_FAULT_IGNORED);
     run_put(rig, "plant.resistance", fmin(100.0, 3.0 * BOARD_DC_NOMINAL_MV / 1e3 / BOARD_LIMIT_AMPERES));
     /* Two codes of noise; the same value occurs in 7 successive periods with a probability of 1e-6. */
     run_put(rig, "current_noise", 0.02);

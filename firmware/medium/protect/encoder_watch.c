@@ -226,6 +226,14 @@ static inline bool needs_mean(const encoder_watch_t *watch, ab_t off)
     return is_noisy(watch, off) || (is_unseen(watch) && square_of(off) < OFF_CLEAR * watch->tuning.beside);
 }
 
+/* Adds the difference of a wrong window to the means of its squares. */
+static void add_square(encoder_watch_t *watch, ab_t off)
+{
+    watch->square += LINE_SHARE * (square_of(off) - watch->square);
+    watch->line.alpha += LINE_SHARE * (off.alpha * off.alpha - off.beta * off.beta - watch->line.alpha);
+    watch->line.beta += LINE_SHARE * (2.0f * off.alpha * off.beta - watch->line.beta);
+}
+
 /* Adds the difference of a wrong window to the mean of consecutive ones. If neither noise nor the dead time
  * matters, only the last window counts. */
 static void add_off(encoder_watch_t *watch, bool wrong, bool in_mean, ab_t off)
@@ -240,14 +248,7 @@ static void add_off(encoder_watch_t *watch, bool wrong, bool in_mean, ab_t off)
     watch->wrong += watch->wrong < OFF_WINDOWS ? 1u : 0u;
     watch->off.alpha += share * (off.alpha - watch->off.alpha);
     watch->off.beta += share * (off.beta - watch->off.beta);
-}
-
-/* Adds the difference of a wrong window to the means of its squares. */
-static void add_square(encoder_watch_t *watch, ab_t off)
-{
-    watch->square += LINE_SHARE * (square_of(off) - watch->square);
-    watch->line.alpha += LINE_SHARE * (off.alpha * off.alpha - off.beta * off.beta - watch->line.alpha);
-    watch->line.beta += LINE_SHARE * (2.0f * off.alpha * off.beta - watch->line.beta);
+    add_square(watch, off);
 }
 
 /* True if the differences of the last windows lie along one line: at twice its angle, both of its directions
@@ -374,6 +375,31 @@ static inline sign_t sign_of(const seen_t *seen, float emf_least, float least)
                     !wrong && off && seen->length > emf_least && seen->length <= least};
 }
 
+/* Adds a judgement with the sign. Returns the condition once the sign has lasted for long enough. `turns`:
+ * the encoder turns; `opposite`: the EMF turns against it. */
+static uint32_t add_sign(encoder_watch_t *watch, const sign_t *sign, const seen_t *seen, bool turns,
+                         bool opposite)
+{
+    const encoder_watch_tuning_t *tuning = &watch->tuning;
+    watch->held += bounds_clamp(sign->aside ? seen->length : seen->expected, tuning->holds);
+    watch->count += sign->half ? 1u : 2u;
+    if (watch->held < tuning->holds || watch->count < 2u * ENCODER_WATCH_LEAST) {
+        return 0u;
+    }
+    const bool against =
+        sign->aside && opposite && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least;
+    const bool too_long = (turns || against) && seen->length > TOO_LONG * seen->expected;
+    if (too_long && watch->count < 4u * ENCODER_WATCH_LEAST) {
+        return 0u;
+    }
+    watch->held = tuning->holds;
+    watch->count = 4u * ENCODER_WATCH_LEAST;
+    if (watch->along >= ALONG_WINDOWS) {
+        return ENCODER_WATCH_WIRE;
+    }
+    return against ? ENCODER_WATCH_DIRECTION : ENCODER_WATCH_MISMATCH;
+}
+
 uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
@@ -391,9 +417,6 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const ab_t off = beside(watch, input->omega_e, seen.middle);
     const bool in_mean = needs_mean(watch, off);
     add_off(watch, sign.wrong, in_mean, off);
-    if (sign.wrong) {
-        add_square(watch, off);
-    }
     const bool of_a_phase = sign.wrong && !backward &&
                             is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected) &&
                             (watch->waited < LINE_WAITED || is_on_a_line(watch));
@@ -416,25 +439,9 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     if (!sign.wrong) {
         watch->confirmed = seen.length > least && watch->count == 0u ? UINT32_C(1) : UINT32_C(0);
         watch->held *= 0.5f;
-        watch->count = watch->count >> 2 << 1;
+        watch->count = watch->count >> 2 << 1; /* half of the whole judgements */
         watch->waited >>= 1;
         return 0u;
     }
-    watch->held += bounds_clamp(sign.aside ? seen.length : seen.expected, tuning->holds);
-    watch->count += sign.half ? 1u : 2u;
-    if (watch->held < tuning->holds || watch->count < 2u * ENCODER_WATCH_LEAST) {
-        return 0u;
-    }
-    const bool against =
-        sign.aside && opposite && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least;
-    const bool too_long = (turns || against) && seen.length > TOO_LONG * seen.expected;
-    if (too_long && watch->count < 4u * ENCODER_WATCH_LEAST) {
-        return 0u;
-    }
-    watch->held = tuning->holds;
-    watch->count = 4u * ENCODER_WATCH_LEAST;
-    if (watch->along >= ALONG_WINDOWS) {
-        return ENCODER_WATCH_WIRE;
-    }
-    return against ? ENCODER_WATCH_DIRECTION : ENCODER_WATCH_MISMATCH;
+    return add_sign(watch, &sign, &seen, turns, opposite);
 }

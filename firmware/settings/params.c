@@ -436,9 +436,14 @@ start_params_t params_start(const params_t *params, const assumed_t *assumed)
     if (start.fallback_speed == 0.0f) {
         start.fallback_speed = FALLBACK_SHARE * start.handover_speed;
     }
-    const float slowest = bounds_less(CATCH_SPEED / (float)params->motor_pole_pairs, start.handover_speed);
-    const float catch_speed = bounds_more(CATCH_SHARE * start.handover_speed, slowest);
-    start.catch_speed = params->start_speed > 0.0f ? params->start_speed : catch_speed;
+    start.catch_speed = params->start_speed;
+    if (start.catch_speed == 0.0f) {
+        start.catch_speed = CATCH_SHARE * start.handover_speed;
+        const float pole_pairs = (float)params->motor_pole_pairs;
+        if (pole_pairs * start.catch_speed < CATCH_SPEED) {
+            start.catch_speed = bounds_less(CATCH_SPEED / pole_pairs, start.handover_speed);
+        }
+    }
     if (start.ramp == 0.0f) {
         const float able = START_ACCELERATION * 1.5f * emf_per_speed * start.current / assumed->inertia;
         const float fastest = start.handover_speed / START_TIME;

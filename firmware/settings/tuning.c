@@ -331,7 +331,6 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
         .three_sensors = DRIVE_CURRENT_SENSORS == 3,
         .judged = params->current_judged == (int32_t)CURRENT_JUDGED,
         .period = DRIVE_PERIOD,
-        .window = DRIVE_PERIOD * (float)DRIVE_WINDOW,
     };
     tuning->medium.current_watch = current_watch_prepare(&current);
     const float l_d = current.inductance_d;

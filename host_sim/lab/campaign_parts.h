@@ -210,6 +210,7 @@ typedef struct {
     bool heavy;     /* a load behind an elastic shaft may move the motor against its torque */
     bool weak;      /* the injected fault is a weak magnet, whose EMF may count as missing */
     bool fed; /* the rotor has fed the link since that change, so that the offsets could not be measured */
+    uint32_t stopping; /* [-] causes that were present since a stop began; 0: the drive does not stop */
     int32_t reason;    /* [-] the reason that was compared last */
     int32_t shown;     /* [-] reason in the last period */
     uint32_t shown_at; /* [periods] time at which this reason appeared */

@@ -215,6 +215,7 @@ static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t sinc
     uint32_t what =
         present(watch, since) | (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
     what |= lately(watch->truth.scaled_at, period, WITNESS) ? IN_SCALE : 0u;
+    what |= watch->truth.stopping;
     what &= watch->truth.weak ? ~UINT32_C(0) : ~(uint32_t)IN_MAGNET;
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
         if (truths[n].reason == reason) {
@@ -276,6 +277,17 @@ static bool scales_voltages(const campaign_watch_t *watch, uint32_t period, doub
         }
     }
     return false;
+}
+
+/* A fault whose reaction is a stop, and which comes during a stop that was requested, is latched at the end
+ * of this stop. Its cause may be gone by then. */
+static void watch_stop(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    if (rows[CAMPAIGN_AT_state] == watch->stops) {
+        watch->truth.stopping |= present(watch, period);
+    } else if (rows[CAMPAIGN_AT_state] != watch->fault) {
+        watch->truth.stopping = 0u;
+    }
 }
 
 /* The speed of the tracking loop has an error equal to the change of the speed within its lag, because the
@@ -346,6 +358,7 @@ void campaign_judge_reasons(campaign_watch_t *watch, uint32_t period, const uint
         return;
     }
     bear_witness(watch, period, rows);
+    watch_stop(watch, period, rows);
     watch_offsets(watch, period, rows);
     judge_reason(watch, period, rows);
 }

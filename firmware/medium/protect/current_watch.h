@@ -62,7 +62,6 @@ typedef struct {
     bool three_sensors; /* true: phase c has a sensor of its own */
     bool judged;        /* false: no condition is ever reported */
     float period;       /* T [s] */
-    float window;       /* T_w, from one step to the next [s] */
 } current_watch_params_t;
 
 /* Time for which a value must not have changed. */
@@ -102,7 +101,6 @@ typedef struct {
     current_watch_limits_t gain;
     float none;       /* largest value of a phase without current [A] */
     float slow_link;  /* DC link, below which the voltage limit lets a current lag far behind [V] */
-    float fast;       /* speed from which a half turn is shorter than three windows [rad/s] */
     float carries;    /* least current of a phase that carries current [A] */
     int32_t absent;   /* [periods] without current that count as a loss */
     float sum;        /* largest sum of three currents [A] */

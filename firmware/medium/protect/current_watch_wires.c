@@ -67,14 +67,15 @@ static void end_absence(current_watch_t *watch, uint32_t n, float value)
 
 /* The time [periods] that counts with this window, whose requested current is missing for `periods`. The
  * first such window after a current counts together with the second, because the control follows a new
- * request only later: a request that has changed again by then never becomes a current. Where the phase turns
- * so fast that its request seldom lasts for two windows, the first one counts by itself. */
-static int32_t counted(current_watch_phase_t *phase, int32_t periods, bool fast)
+ * request only later, and a request that has changed again by then never becomes a current. Nor does a fast
+ * phase, whose current is zero at the ends of some windows, have two of them in succession without its
+ * current. */
+static int32_t counted(current_watch_phase_t *phase, int32_t periods)
 {
     if (phase->missing == 0u) {
         phase->missing = 1u;
-        phase->first = fast ? 0 : periods;
-        return fast ? periods : 0;
+        phase->first = periods;
+        return 0;
     }
     const int32_t first = phase->first;
     phase->first = 0;
@@ -123,8 +124,7 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
         if (absent == 0) {
             watch->other &= ~bit;
         }
-        const bool fast = !bounds_within(input->omega_e, tuning->fast);
-        absent += counted(phase, much ? periods : periods / 2, fast);
+        absent += counted(phase, much ? periods : periods / 2);
         phase->absent = negative ? -absent : absent;
     }
     return absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);

@@ -396,10 +396,10 @@ static void test_rise_of_a_saturated_axis_is_no_wrong_gain(void)
     TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_GAIN, seen);
 }
 
-/* The condition of time is 32 periods without current, up to the end of a window, in a
- * phase whose voltage exceeds the 11.2 V that the dead time may take; 10 V could be hidden by it. 100 V
- * less 11.2 V change the flux by 2.6 psi_f in 5.4 ms, which is more than any flux. Half of this is enough if
- * a forced frame moves the rotor; if no phase carries current, the dead time may take twice as much.
+/* The condition of time is 32 periods without current, up to the end of a window, in a phase whose voltage
+ * exceeds the 11.2 V that the dead time may take; 10 V could be hidden by it. 100 V less 11.2 V change the
+ * flux by 2.6 psi_f in 5.4 ms, which is more than any flux. Half of this is enough if a forced frame moves
+ * the rotor; if no phase carries current, the dead time may take twice as much.
  *
  * If a switch is open, its diode carries 1.2 A of the 3 A that are requested in phase a. This is less than
  * half, and is reported as a loss if the EMF along the axis of the phase contradicts the rotor. Without this

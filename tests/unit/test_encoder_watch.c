@@ -535,6 +535,15 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
     }
 }
 
+/* Begins with these coefficients, and with rotor and encoder at this angle [rad]. */
+static void begin_at(const encoder_watch_tuning_t *tuning, double angle)
+{
+    setUp();
+    encoder_watch_take(&watch, tuning);
+    bits = 0u;
+    rotor = encoder = angle;
+}
+
 /* An open wire adds a voltage along the axis of its phase, with the cosine of the rotor's angle. psi_f is
  * configured a third too large: 44 V less 33 V of the true EMF are the error of the difference. At first it
  * is beside 100 V, which are 6 degrees, and after half a turn beside 40 V, 15 degrees. The currents are too
@@ -545,9 +554,7 @@ static void test_a_wire_returns_to_its_axis_with_a_wrong_psi(void)
     params.unseen = 100.0f;
     const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
     for (int n = 0; n < 6; n++) {
-        setUp();
-        encoder_watch_take(&watch, &tuning);
-        rotor = encoder = PI / 3.0 * n;
+        begin_at(&tuning, PI / 3.0 * n);
         const double axis = PI * 2.0 / 3.0 * (n % 3);
         for (int k = 0; k < 1000; k++) {
             const double volts = (k < 20 ? 100.0 : 40.0) * cos(rotor - axis);
@@ -597,10 +604,7 @@ static void test_noise_of_the_currents_does_not_hide_a_wire(void)
     const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
     for (int n = 0; n < 6; n++) {
         uint32_t judgements = 0u;
-        setUp();
-        encoder_watch_take(&watch, &tuning);
-        bits = 0u;
-        rotor = encoder = PI / 3.0 * n;
+        begin_at(&tuning, PI / 3.0 * n);
         for (; judgements < 1000u && bits == 0u; judgements++) {
             const double i_alpha = (double)params.noise * scatter_gauss();
             const double i_beta = (double)params.noise * scatter_gauss();
@@ -624,10 +628,7 @@ static void test_noise_does_not_hide_a_wire_beside_which_a_current_flows(void)
     for (int n = 0; n < 24; n++) {
         const double axis = PI / 3.0 * n;
         uint32_t judgements = 0u;
-        setUp();
-        encoder_watch_take(&watch, &tuning);
-        bits = 0u;
-        rotor = encoder = axis;
+        begin_at(&tuning, axis);
         for (; judgements < 1000u && bits == 0u; judgements++) {
             const double i_alpha = (double)params.noise * scatter_gauss() - 4.0 * sin(axis);
             const double i_beta = (double)params.noise * scatter_gauss() + 4.0 * cos(axis);
@@ -651,10 +652,7 @@ static void test_the_known_axis_follows_a_longer_difference(void)
         const double axis = PI / 3.0 * (n % 6);
         const double error = n < 6 ? 6.5 : -6.5;
         uint32_t judgements = 0u;
-        setUp();
-        encoder_watch_take(&watch, &tuning);
-        bits = 0u;
-        rotor = encoder = axis;
+        begin_at(&tuning, axis);
         for (; judgements < 1000u && bits == 0u; judgements++) {
             const double along = judgements < 30u ? 12.0 : fmin(12.0 + 2.0 * (judgements - 30.0), 200.0);
             const double across = along < 60.0 ? error : 0.0;

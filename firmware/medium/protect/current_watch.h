@@ -18,11 +18,12 @@
  *     gain    of the new part of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
  *             and by more than the saliency of a rotor in any position explains
- *     loss    a phase for which a current is requested in two windows in succession, on their mean, with more
- * voltage than the dead time may take, has nearly no current of this sign for some time; if no other phase
- * carries current, with more voltage than the dead time and the uncertain EMF; or for twice the time, while
- * the current of any phase deviates from the requested one; or its voltage exceeds the effect of any rotor's
- * flux sum     three sensors whose currents do not add up to zero
+ *     loss    a phase for which a current is requested in two windows in succession, on their mean, with
+ *             more voltage than the dead time may take, has nearly no current of this sign for some time;
+ *             if no other phase carries current, with more voltage than the dead time and the uncertain EMF;
+ *             or for twice the time, while the current of any phase deviates from the requested one;
+ *             or its voltage exceeds the effect of any rotor's flux
+ *     sum     three sensors whose currents do not add up to zero
  *
  * Derivation, margins and undetected errors: docs/theory.md, 27. Only the voltage is summed in each period;
  * the rest is computed once per window. No division.

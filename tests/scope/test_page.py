@@ -65,6 +65,26 @@ return {begin: record.begin, end: record.end, zero: record.zero, first: record.s
         count: record.stamps.length, before: record.columns[source][at - 1], here: record.columns[source][at],
         speed_at_first: speed[0], speed_least: Math.min(...speed), held: scope.state.held}"""
 
+# Gives the trigger a signal that was constant, falls slowly through the level, and rises again, with noise. Returns the sample at which a
+# trigger for a rising edge fires, and that for a falling edge. No sample of the drive arrives meanwhile, because the script does not wait.
+SLOW_EDGES = """
+const {ring, trigger, state} = scope, kept = {...ring}, before = {...trigger}, held = state.held;
+const fires = edge => {
+    Object.assign(ring, {stamps: kept.stamps.map((_, k) => k), total: 0, last: -1, columns: [kept.stamps.map((_, k) =>
+        Math.min(5, 1 + Math.abs(k - 800) / 100) + 0.055 * (k % 3 - 1))]});
+    Object.assign(trigger, {mode: 'normal', source: 0, edge, level: 3});
+    trigger.arm();
+    ring.total = 1200;
+    trigger.look(0);
+    return trigger.at;
+};
+state.held = false;
+const found = ['rise', 'fall'].map(fires);
+Object.assign(ring, kept);
+Object.assign(trigger, before);
+state.held = held;
+return found"""
+
 
 # Fields of parameters that clip a number.
 CLIPPED = """
@@ -218,6 +238,10 @@ class Bench:
         self.wait("scope.state.choice.signals.length === 6 && scope.ring.total > 1000", "six signals")
         self.wait("!document.getElementById('dither').hidden", "the hint that explains the alternating i_d")
 
+    def no_trigger_by_noise_on_a_slow_edge(self):
+        """The level is crossed at 597 and 995: 1 + 2.03 - 0.055 < 3, and 1 + 1.95 + 0.055 > 3."""
+        expect(self.run(SLOW_EDGES), [995, 597], "samples of the trigger for rising and falling edges")
+
     def triggers_on_a_load_step(self):
         self.pick("#window", "500 ms")
         self.pick("#mode", "single")
@@ -336,8 +360,8 @@ class Bench:
         expect(self.scope.wait(20), 0, "exit code of the scope")
 
     CHECKS = (opens_and_is_linked, starts_the_motor_and_sees_it_turn, draws_within_its_share_of_a_processor, changes_a_gain,
-              chooses_signals, triggers_on_a_load_step, reads_cursors, zooms_and_comes_back, shows_what_the_drive_has_kept, stop_is_in_reach_and_nothing_overflows,
-              stops_while_held, says_that_the_drive_is_gone_and_takes_it_up_again, console_is_clean, asked_nobody_else, ends_by_a_signal)
+              chooses_signals, no_trigger_by_noise_on_a_slow_edge, triggers_on_a_load_step, reads_cursors, zooms_and_comes_back,
+              shows_what_the_drive_has_kept, stop_is_in_reach_and_nothing_overflows, stops_while_held, says_that_the_drive_is_gone_and_takes_it_up_again, console_is_clean, asked_nobody_else, ends_by_a_signal)
 
 
 def go_through(make_bench, checks, programs, rules):

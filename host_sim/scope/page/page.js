@@ -168,26 +168,26 @@ const scope = (() => {
 
     const trigger = {
         mode: "roll", source: 0, edge: "rise", level: 0, pre: 0.25, armedAt: 0, at: null, record: null, seen: 0,
-        below: false, above: false, // the signal was away from the level by more than `noise`, and has not reached it since then
-        noise: 0, // a share of the signal's range: noise on a slow edge of the other direction must not trigger
+        below: false, above: false, // the signal was away from the level by more than the noise, and has not reached it since then
+        least: Infinity, most: -Infinity, // of the signal since arming; noise is a share of this range
 
         arm() {
             this.armedAt = ring.total;
             this.at = null;
             this.record = null;
             this.below = this.above = false;
+            [this.least, this.most] = [Infinity, -Infinity];
             this.seen = performance.now();
             state.dirty = true;
         },
 
-        /* Processes the new samples from `begin` on. */
+        /* Processes the new samples from `begin` on. Noise on a slow edge of the other direction does not trigger. The range includes each
+           new sample, because the edge itself can be the first change of a signal that was constant. */
         look(begin) {
             if (this.mode === "roll" || state.held) {
                 return;
             }
             const span = periods(windowSeconds());
-            const [least, most] = (state.extent || [])[this.source] || [0, 0];
-            this.noise = most > least ? NOISE_SHARE * (most - least) : 0;
             const column = ring.columns[ring.columns.length > this.source ? this.source : 0];
             for (let k = Math.max(begin, this.armedAt, 1); k < ring.total && this.at === null && column; k++) {
                 const here = column[k & (ROOM - 1)];
@@ -195,8 +195,10 @@ const scope = (() => {
                 if ((rises && this.edge !== "fall") || (falls && this.edge !== "rise")) {
                     this.at = ring.stamps[k & (ROOM - 1)];
                 }
-                this.below = here < this.level - this.noise || (this.below && here < this.level);
-                this.above = here > this.level + this.noise || (this.above && here > this.level);
+                [this.least, this.most] = [Math.min(this.least, here), Math.max(this.most, here)];
+                const noise = NOISE_SHARE * (this.most - this.least);
+                this.below = here < this.level - noise || (this.below && here < this.level);
+                this.above = here > this.level + noise || (this.above && here > this.level);
             }
             if (this.at !== null && ring.last >= this.at + (1 - this.pre) * span) {
                 this.keep(this.at - this.pre * span, this.at + (1 - this.pre) * span);

@@ -7,10 +7,11 @@
 
 #define TWO_PI        6.2831853f
 #define TWELFTH       0.083333333f
-#define SLOW_TIMES    3u    /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
-#define TRUST         0.2f  /* [-] change of the confidence by a cycle that agrees with the one before */
-#define CONFIDENT     0.5f  /* [-] confidence from which the result of a cycle is used */
-#define OPPOSED       0.25f /* [-] of the remaining swing of i_q that is opposed in each cycle */
+#define SLOW_TIMES    3u        /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
+#define TRUST         0.2f      /* [-] change of the confidence by a cycle that agrees with the one before */
+#define CONFIDENT     0.5f      /* [-] confidence from which the result of a cycle is used */
+#define OPPOSED       0.25f     /* [-] of the remaining swing of i_q that is opposed in each cycle */
+#define KEPT          0.984375f /* [-] of the opposing current from one cycle to the next */
 #define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
 #define SHARE_MAX     0.5f                                    /* [-] */
 #define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: least i_q */
@@ -324,13 +325,15 @@ static bool is_trusted(inductance_t *x, float said)
     return agrees && x->confidence > CONFIDENT;
 }
 
-/* The next cycle opposes the swing of i_q that this one has measured. */
+/* The next cycle opposes the swing of i_q that this one has measured. A share of the opposing current decays:
+ * where the frequency of the dither is a resonance of the shaft, the speed control turns the answer to it by
+ * a quarter of a cycle, and the opposing current would grow (docs/theory.md, 24). */
 static void oppose(inductance_t *x, const inductance_wave_t *wave)
 {
     const float most = x->tuning.current;
     const float part = OPPOSED * wave->per_sum;
-    x->swing.against_s = bounds_clamp(x->swing.against_s - part * x->swing.s, most);
-    x->swing.against_c = bounds_clamp(x->swing.against_c - part * x->swing.c, most);
+    x->swing.against_s = bounds_clamp(KEPT * x->swing.against_s - part * x->swing.s, most);
+    x->swing.against_c = bounds_clamp(KEPT * x->swing.against_c - part * x->swing.c, most);
 }
 
 /* Moves a learnt value towards the result of a cycle with this duration [s] by its rate, and reduces the

@@ -11,6 +11,7 @@
 #define NEAR         0.05  /* [-] of rated speed, within which the speed is steady */
 #define WINDOWS_MIN  4u    /* [periods] with fewer periods that are steady in both runs nothing is compared */
 #define LEGS         3.0   /* [-] share of one leg in the mean of all */
+#define SHAPED       225.0 /* [rad/s] electrical: above this speed the loop does not follow the EMF's harmonics */
 /* [-] of the true value: from this difference on a learnt value counts as changed */
 #define MOVED 0.005
 
@@ -42,6 +43,8 @@ void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *dra
     *angles = (campaign_angles_t){
         .blind = campaign_blind_speed(drawn),
         .rated = motor.speed,
+        .shape = fabs(CAMPAIGN_VALUE(drawn, emf_5th) + CAMPAIGN_VALUE(drawn, emf_7th)) / sqrt(2.0),
+        .shaped = SHAPED / motor.pole_pairs,
         .steady = true,
         .lost_time = delay / RIG_PERIOD_SECONDS,
         .drop = 0.5 * drops * (rig_initial_named("igbt_voltage") + rig_initial_named("diode_voltage")) +
@@ -63,7 +66,8 @@ static void keep_learnt(campaign_angles_t *angles, const uint32_t *rows)
 /* true: the learnt values differ from the configured ones, and are nearer to the true ones. They are not the
  * cause of a larger mean then: for small errors the mean of the angle error is a sum of one part for each
  * value, proportional to the error of this value. If each part decreases and the sum becomes larger, then the
- * errors of the configured values have compensated each other. */
+ * errors of the configured values have compensated each other. The ripple is such a sum, too: an error of the
+ * dead time may compensate the sixth harmonic that the fifth and seventh harmonics of the EMF make. */
 static bool is_truer(const campaign_angles_t *with, const campaign_angles_t *without)
 {
     bool truer = false;
@@ -86,9 +90,12 @@ static bool is_steady(campaign_angles_t *angles, const campaign_watch_t *watch, 
     const double wanted = campaign_number(rows, CAMPAIGN_AT_speed_request);
     angles->settled = memcmp(wish, angles->wish, sizeof wish) == 0 ? angles->settled + 1u : 0u;
     memcpy(angles->wish, wish, sizeof wish);
-    return rows[CAMPAIGN_AT_state] == watch->enabled && rows[CAMPAIGN_AT_manoeuvre] == watch->run &&
-           rows[CAMPAIGN_AT_mode] == 0u && angles->settled >= campaign_periods(SETTLED) &&
-           fabs(speed) >= angles->blind && fabs(speed - wanted) <= NEAR * angles->rated;
+    const bool steady = rows[CAMPAIGN_AT_state] == watch->enabled &&
+                        rows[CAMPAIGN_AT_manoeuvre] == watch->run && rows[CAMPAIGN_AT_mode] == 0u &&
+                        angles->settled >= campaign_periods(SETTLED) && fabs(speed) >= angles->blind &&
+                        fabs(speed - wanted) <= NEAR * angles->rated;
+    angles->speed = steady ? fabs(speed) : angles->speed;
+    return steady;
 }
 
 void campaign_keep_angle(campaign_watch_t *watch, const uint32_t *rows)
@@ -160,7 +167,9 @@ bool campaign_compare_angles(const campaign_angles_t *with, const campaign_angle
         return false;
     }
     const bool larger = rms(learnt) > rms(configured) + limit;
-    const bool worse = larger && (ripple(learnt) > ripple(configured) + limit || !is_truer(with, without));
+    const double shape = without->speed <= without->shaped ? without->shape : 0.0;
+    const bool rippled = ripple(learnt) > ripple(configured) + limit + shape;
+    const bool worse = larger && (rippled || !is_truer(with, without));
     if (worse) {
         result->end = CAMPAIGN_VIOLATED;
         result->invariant = CAMPAIGN_I_LEARN;

@@ -239,6 +239,9 @@ typedef struct {
     double lost_time;                     /* [-] that a leg loses, over a period */
     double drop;                          /* [V] of a leg */
     double blind, rated;                  /* [rad/s] mechanical: least speed of the comparison; rated speed */
+    double shape;  /* [rad] standard deviation of the direction of the EMF by its harmonics */
+    double shaped; /* [rad/s] mechanical: speed up to which the loop follows them */
+    double speed;  /* [rad/s] mechanical: magnitude in the last steady period */
     /* [rad^2] mean square error of each window; below 0: the window was not steady */
     float square[CAMPAIGN_ANGLE_WINDOWS];
     float mean[CAMPAIGN_ANGLE_WINDOWS]; /* [rad] mean error of each window */

@@ -24,8 +24,13 @@
 #define MUCH_BESIDE 0.3f /* [-] of the EMF: above the effect of a wrong psi_f */
 #define PHASE_SINE  0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
 
-#define EMF_NOISE                                                                                            \
-    2.12f /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
+/* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
+#define EMF_NOISE 2.12f
+
+/* If noise determines the least EMF, this is one of a low-pass with the share SLOW, which consists of noise
+ * and its opposite in the next window: three times sqrt(2 SLOW^2/(2 - SLOW)). */
+#define SLOW       0.25f /* [-] */
+#define SLOW_NOISE 0.80f /* [-] */
 
 /* [-] noise of the EMF's speed over that of a window's EMF, times |e| T_j: a second difference of the
  * currents' noise behind the low-pass, whose share is a third. */
@@ -58,8 +63,10 @@
 #define ALONG_MISSED  8u
 
 /* The mean over 16 windows of a difference that turns at 180 rad/s, at twice its angle, has a fifth of its
- * square. That of a wire, with a part that turns of up to the same mean square, has a half. */
+ * square. At less than 130 rad/s the mean is over more windows, 1/0.6 rad of the rotor's turn, and has a
+ * third. That of a wire, with a part that turns of up to the same mean square, has a half. */
 #define LINE_SHARE  (1.0f / 16.0f) /* [-] */
+#define LINE_TURN   1.2f           /* [-] share over the turn of half a window [1/rad] */
 #define LINE_PART   0.5f           /* [-] */
 #define LINE_WAITED 32u /* [windows] postponed, after which the differences must lie along a line */
 
@@ -70,16 +77,18 @@ encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *param
     const float rate = 1.0f / window;
     const float noise = EMF_NOISE * params->noise * params->inductance * rate;
     const float judged = params->flux_linkage * params->speed_least;
-    const float least = judged > noise ? judged : noise;
-    const float alone = ENCODER_WATCH_ALONE * least;
+    const float mean_least = bounds_more(judged, noise);
+    const float least = bounds_more(judged, SLOW_NOISE / EMF_NOISE * noise);
+    const float alone = ENCODER_WATCH_ALONE * mean_least;
     return (encoder_watch_tuning_t){
         .flux_linkage = params->flux_linkage,
         .emf_least = least,
         .doubtful = params->doubtful * params->doubtful,
         .alone = alone * alone,
+        .before = judged < noise ? 1.0f - SLOW : 0.5f,
         .noise = 4.0f * noise * noise,
         .unseen = params->unseen * params->unseen,
-        .beside = OFF_BESIDE * OFF_BESIDE * least * least,
+        .beside = OFF_BESIDE * OFF_BESIDE * mean_least * mean_least,
         .turn_noise = TURN_NOISE * TURN_NOISE * 4.0f * noise * noise * rate * rate,
         .leap = ENCODER_WATCH_LEAP + 2.0f * params->step,
         .share = lowpass_share(ENCODER_WATCH_CUTOFF, window),
@@ -156,8 +165,10 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
     watch->last = emf;
     watch->known = 1u;
     const float alone = emf.d * emf.d + emf.q * emf.q;
-    const float share = alone > tuning->alone ? 0.0f : 0.5f;
-    const dq_t judged = {emf.d + share * (last.d - emf.d), emf.q + share * (last.q - emf.q)};
+    const float share = alone > tuning->alone || watch->windows == 0u ? 0.0f : tuning->before;
+    const dq_t before = tuning->before > 0.5f ? watch->judged : last;
+    const dq_t judged = {emf.d + share * (before.d - emf.d), emf.q + share * (before.q - emf.q)};
+    watch->judged = judged;
     const float square = judged.d * judged.d + judged.q * judged.q;
     const float off = judged.q - tuning->flux_linkage * omega_e;
     return (seen_t){backward ? -judged.q : judged.q,
@@ -227,16 +238,17 @@ static inline bool needs_mean(const encoder_watch_t *watch, ab_t off)
 }
 
 /* Adds the difference of a wrong window to the means of its squares. */
-static void add_square(encoder_watch_t *watch, ab_t off)
+static void add_square(encoder_watch_t *watch, float omega_e, ab_t off)
 {
-    watch->square += LINE_SHARE * (square_of(off) - watch->square);
-    watch->line.alpha += LINE_SHARE * (off.alpha * off.alpha - off.beta * off.beta - watch->line.alpha);
-    watch->line.beta += LINE_SHARE * (2.0f * off.alpha * off.beta - watch->line.beta);
+    const float share = bounds_less(LINE_TURN * bounds_magnitude(watch->tuning.middle * omega_e), LINE_SHARE);
+    watch->square += share * (square_of(off) - watch->square);
+    watch->line.alpha += share * (off.alpha * off.alpha - off.beta * off.beta - watch->line.alpha);
+    watch->line.beta += share * (2.0f * off.alpha * off.beta - watch->line.beta);
 }
 
 /* Adds the difference of a wrong window to the mean of consecutive ones. If neither noise nor the dead time
  * matters, only the last window counts. */
-static void add_off(encoder_watch_t *watch, bool wrong, bool in_mean, ab_t off)
+static void add_off(encoder_watch_t *watch, bool wrong, bool in_mean, float omega_e, ab_t off)
 {
     if (!wrong) {
         watch->wrong >>= 1;
@@ -248,7 +260,7 @@ static void add_off(encoder_watch_t *watch, bool wrong, bool in_mean, ab_t off)
     watch->wrong += watch->wrong < OFF_WINDOWS ? 1u : 0u;
     watch->off.alpha += share * (off.alpha - watch->off.alpha);
     watch->off.beta += share * (off.beta - watch->off.beta);
-    add_square(watch, off);
+    add_square(watch, omega_e, off);
 }
 
 /* True if the differences of the last windows lie along one line: at twice its angle, both of its directions
@@ -259,23 +271,30 @@ static bool is_on_a_line(const encoder_watch_t *watch)
     return square_of(watch->line) > least * least;
 }
 
-/* True if the difference may be that of a phase without current beside two that carry one: within an error
- * `noise` [V^2] the current is perpendicular to it. */
+/* True if the difference may be that of a phase without current: within an error `noise` [V^2] the current is
+ * perpendicular to it. */
 static inline bool is_bare(const encoder_watch_t *watch, ab_t off, float noise)
 {
     const ab_t current = watch->current;
     const float along = off.alpha * current.alpha + off.beta * current.beta;
-    return along * along < watch->tuning.doubtful * square_of(off) + noise * square_of(current);
+    return along * along <= watch->tuning.doubtful * square_of(off) + noise * square_of(current);
 }
 
-/* Square of the error of the mean difference by noise [V^2]: consecutive windows share the sample between
- * them, whose noise has opposite signs in both, so that the noise of the two ends remains in the mean of n of
- * them, 1/n of a single window's. It is used while nearly no current flows, or none in the direction of the
- * difference: the current watch reports no wire of a phase in which nearly no current is requested. */
-static float noise_of_mean(const encoder_watch_t *watch)
+/* Square of the noise in the mean difference [V^2]: consecutive windows share the sample between them, whose
+ * noise has opposite signs in both, so that the noise of the two ends remains in the mean of n of them, 1/n
+ * of a single window's. */
+static float noise_left(const encoder_watch_t *watch)
 {
     static const float squares[OFF_WINDOWS] = {1.0f, 1.0f / 4.0f, 1.0f / 9.0f, 1.0f / 16.0f};
-    const float noise = squares[watch->wrong != 0u ? watch->wrong - 1u : 0u] * watch->tuning.noise;
+    return squares[watch->wrong != 0u ? watch->wrong - 1u : 0u] * watch->tuning.noise;
+}
+
+/* The same where the direction of the difference allows for it [V^2]: while nearly no current flows, or none
+ * in the direction of the difference. The current watch reports no wire of a phase in which nearly no current
+ * is requested. */
+static float noise_of_mean(const encoder_watch_t *watch)
+{
+    const float noise = noise_left(watch);
     const bool used =
         is_unseen(watch) ? hardly_flows(&watch->tuning, watch->current) : is_bare(watch, watch->off, noise);
     return used ? noise : 0.0f;
@@ -416,8 +435,9 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         opposite && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected);
     const ab_t off = beside(watch, input->omega_e, seen.middle);
     const bool in_mean = needs_mean(watch, off);
-    add_off(watch, sign.wrong, in_mean, off);
+    add_off(watch, sign.wrong, in_mean, input->omega_e, off);
     const bool of_a_phase = sign.wrong && !backward &&
+                            is_bare(watch, watch->off, tuning->beside + noise_left(watch)) &&
                             is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected) &&
                             (watch->waited < LINE_WAITED || is_on_a_line(watch));
     watch->elsewhere =

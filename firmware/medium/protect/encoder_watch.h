@@ -14,7 +14,8 @@
  *     e = 0 at a speed              an encoder that turns without the rotor
  *
  * The judgement is made at the end of each window. e is the value of the window if it is above the noise.
- * Otherwise e is the mean of the last two windows, in which only the noise of the two ends remains.
+ * Otherwise e is the mean of the last two windows, in which only the noise of the two ends remains. If this
+ * noise exceeds psi_f omega_least, e is a low-pass of the windows with the share 1/4.
  *
  *     mismatch    e_q sign(omega) < 0.8 |e|    while |e| > psi_f omega_least    37 degrees, or it turns
  *                 |e| < psi_f |omega|/4        while |omega| > omega_least
@@ -32,23 +33,24 @@
  * ENCODER_WATCH_WAIT in total, and the integral keeps its value.
  *
  * The difference to psi_f omega is also doubtful while it lies along the axis of one phase and stays there,
- * like that of an open wire or switch: the voltage of that phase does not reach the winding. An unknown EMF
- * of the rotor leaves the axis when the rotor turns. In a single window the noise of the currents may turn
- * the difference by more than the angle between two axes. This noise has opposite signs in consecutive
- * windows. Therefore, with small currents, the mean difference of the windows with the sign is used. If it
- * stays on the axis for ENCODER_WATCH_WAIT, the wire or the switch is reported. If the motor's currents are
- * small for the range of the sensors, the currents do not show this fault.
+ * like that of an open wire or switch: the voltage of that phase does not reach the winding, and no current
+ * flows in this phase. An encoder that counts the other way round makes such a difference with any current.
+ * An unknown EMF of the rotor leaves the axis when the rotor turns. In a single window the noise of the
+ * currents may turn the difference by more than the angle between two axes. This noise has opposite signs in
+ * consecutive windows. Therefore, with small currents, the mean difference of the windows with the sign is
+ * used. If it stays on the axis for ENCODER_WATCH_WAIT, the wire or the switch is reported. If the motor's
+ * currents are small for the range of the sensors, the currents do not show this fault.
  *
  *     wire        the same sign, all the time along the axis of one phase
  *
  * Below omega_least the EMF is not judged, because the errors by dead time and R i are larger, and with a
- * large inductance also the noise of the current: the limit is then three standard deviations of the mean of
- * two windows, 3 sqrt(2) L n_i/(2 T_j), if these are more than psi_f omega_least (docs/theory.md, 28). In
- * each period the angle is compared with the angle expected from the speed. A difference of more than 0.5 rad
- * plus two counts is reported in the same period, unless the EMF shows that the rotor brakes. While nearly no
- * current flows, offsets of the sensors may reverse the sign of the compensated dead-time voltage; the least
- * EMF that is judged is then twice as large. A sign below it does not count, but neither is it a judgement
- * without the sign: integral and postponed judgements keep their values.
+ * large inductance also the noise of the current: the limit is then three standard deviations of the
+ * low-pass, 0.8 L n_i/T_j, if these are more than psi_f omega_least (docs/theory.md, 28). In each period the
+ * angle is compared with the angle expected from the speed. A difference of more than 0.5 rad plus two counts
+ * is reported in the same period, unless the EMF shows that the rotor brakes. While nearly no current flows,
+ * offsets of the sensors may reverse the sign of the compensated dead-time voltage; the least EMF that is
+ * judged is then twice as large. A sign below it does not count, but neither is it a judgement without the
+ * sign: integral and postponed judgements keep their values.
  *
  * encoder_watch_add() every T, encoder_watch_step() every n-th, where encoder_watch_rest() is called too.
  * Does not handle: an encoder whose angle is wrong by less than 37 degrees; a wrong direction above 1/T_j,
@@ -100,7 +102,8 @@ typedef struct {
 
 typedef struct {
     float flux_linkage; /* psi_f [Wb] */
-    float emf_least;    /* psi_f omega_least, or the noise limit of the mean of two windows [V] */
+    float emf_least;    /* psi_f omega_least, or the noise limit [V] */
+    float before;       /* share of the windows before this one in the EMF that is judged [-] */
     float doubtful;     /* square of the length of a current whose phases may have any sign [A^2] */
     float alone;        /* square of the EMF from which a single window is judged [V^2] */
     float noise;        /* square of three standard deviations of the EMF of a single window [V^2] */
@@ -126,6 +129,7 @@ typedef struct {
     ab_t current;        /* at the beginning [A] */
     ab_t salient;        /* (L_q - L_d) i_d/T_j along the d axis at the beginning [V] */
     dq_t last;           /* <e> of the last window [V] */
+    dq_t judged;         /* e of the last judgement [V] */
     float omega_emf;     /* LP of the EMF's speed, positive in the direction of the encoder [rad/s] */
     float held;          /* sum of EMFs of the present sign [V] */
     uint32_t count;      /* judgements with the sign, in halves [-] */

@@ -170,8 +170,8 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
         .measured = &window->measured,
         .faults = fault_set_both(medium->guard.faults, window->report.failed),
         .stops = medium->guard.stops,
-        .standing =
-            manoeuvres_knows(&medium->manoeuvres) && bounds_within(window->omega_m, SEQUENCE_STANDSTILL),
+        .standing = manoeuvres_knows(&medium->manoeuvres) &&
+                    bounds_within(window->omega_m, medium->sequence.tuning.standstill),
         .brake_set = medium->outputs.brake.state == (int32_t)BRAKE_SET,
         .bridge = (bridge_t)window->bridge,
         .calibration = (calibration_t)window->sensors.calibration,

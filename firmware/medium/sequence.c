@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "guard/guard.h"
+#include "math/bounds.h"
 #include "settings/reasons.h"
 
 #define REARM_WINDOWS DRIVE_WINDOWS(20e-3f) /* without a fault or its line before a reset or a start */
@@ -22,6 +23,7 @@ sequence_tuning_t sequence_prepare(const params_t *params)
 {
     return (sequence_tuning_t){
         .dc_undervoltage = params->dc_undervoltage,
+        .standstill = bounds_more(SEQUENCE_STANDSTILL_SHARE * params->overspeed_trip, SEQUENCE_STANDSTILL),
         .stop_windows = DRIVE_WINDOWS(params->fault_stop_time),
         .retries = (uint32_t)params->module_fault_retries,
         .brakes = params->holding_brake == (int32_t)BRAKE_HOLDING ? UINT32_C(1) : UINT32_C(0),

@@ -53,11 +53,14 @@ typedef enum {
 /* Longest stop after a loss of the enable input [s]. */
 #define SEQUENCE_INPUT_STOP 50e-3f
 
-/* Mechanical speed below which the rotor stands: a quick stop ends [rad/s]. */
-#define SEQUENCE_STANDSTILL 2.0f
+/* Mechanical speed below which the rotor stands [rad/s]. A quick stop ends there, or for a fast motor at a
+ * share of overspeed_trip: the speed control of a light rotor takes long to remove the last of its speed. */
+#define SEQUENCE_STANDSTILL       2.0f
+#define SEQUENCE_STANDSTILL_SHARE 2.5e-3f /* [-] */
 
 typedef struct {
     float dc_undervoltage; /* [V] below it the bridge stays off */
+    float standstill;      /* [rad/s] mechanical speed at which a quick stop ends */
     uint32_t stop_windows; /* [windows] longest stop for a fault; then the bridge opens */
     uint32_t retries;      /* [-] number of automatic resets of a fault of the power module */
     uint32_t brakes;       /* [-] 1: there is a holding brake */

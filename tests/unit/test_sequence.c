@@ -417,6 +417,16 @@ static void test_with_a_brake_a_stop_opens_the_bridge_only_when_it_is_set(void)
     }
 }
 
+static void test_a_stop_ends_at_2_rad_s_or_a_four_hundredth_of_overspeed_trip(void)
+{
+    params_t params;
+    params_defaults(&params);
+    params.overspeed_trip = 790.0f;
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, sequence_prepare(&params).standstill);
+    params.overspeed_trip = 1650.0f;
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 4.125f, sequence_prepare(&params).standstill);
+}
+
 static void test_with_a_brake_a_stop_that_does_not_end_sets_it_after_its_time(void)
 {
     with_brake();

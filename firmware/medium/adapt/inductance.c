@@ -12,6 +12,9 @@
 #define CONFIDENT     0.5f      /* [-] confidence from which the result of a cycle is used */
 #define OPPOSED       0.25f     /* [-] of the remaining swing of i_q that is opposed in each cycle */
 #define KEPT          0.984375f /* [-] of the opposing current from one cycle to the next */
+#define LARGE         0.125f    /* [-] of the dither: an opposing current that must have reduced the swing */
+#define REMAINS       0.125f    /* [-] of the opposing current: twice the swing that its decay leaves */
+#define VAIN_CYCLES   16u       /* [-] */
 #define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
 #define SHARE_MAX     0.5f                                    /* [-] */
 #define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: least i_q */
@@ -83,6 +86,8 @@ static void start(inductance_t *x)
     x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
     x->resistance_rate = x->tuning.rate;
+    x->swing.from = 0u;
+    x->swing.vain = 0u;
     x->look = (inductance_look_t){.kept = x->tuning.from};
     inductance_rest(x);
 }
@@ -128,16 +133,16 @@ static bool is_near_first(float frequency, float omega)
 
 /* The frequency at this speed [rad/s]: the first one that is not near one, two or six times the electrical
  * one, and without torque not near five or seven times either. If the first one is near such a multiple, the
- * second one may be near the sixth. */
-static uint32_t frequency_at(float omega, bool torque)
+ * second one may be near the sixth. Those before `from` have been a resonance of the shaft. */
+static uint32_t frequency_at(float omega, bool torque, uint32_t from)
 {
     const float sixth = 6.0f * omega;
     const float reach = torque ? TWO_PI * INDUCTANCE_NEAR_SIXTH : TWO_PI * INDUCTANCE_NEAR + omega;
-    if (!bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_1 - sixth, reach) &&
+    if (from == 0u && !bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_1 - sixth, reach) &&
         !is_near_first(TWO_PI * INDUCTANCE_FREQUENCY_1, omega)) {
         return 0u;
     }
-    return bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_2 - sixth, reach) ? 2u : 1u;
+    return from > 1u || bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_2 - sixth, reach) ? 2u : 1u;
 }
 
 /* True if R still has to be learnt at this speed [rad/s]. */
@@ -263,7 +268,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
         x->mean = input->current;
     }
     x->follows = 0u;
-    x->which = frequency_at(speed, torque);
+    x->which = frequency_at(speed, torque, x->swing.from);
     x->left = x->tuning.wave[x->which].steps;
     x->sound = 1u;
     x->voltage_known = input->voltage_known ? 1u : 0u;
@@ -325,15 +330,33 @@ static bool is_trusted(inductance_t *x, float said)
     return agrees && x->confidence > CONFIDENT;
 }
 
+/* True if the opposing current is large, but has not reduced the swing to what its decay leaves. */
+static bool is_in_vain(const inductance_swing_t *swing, float current, float s, float c)
+{
+    const float against = swing->against_s * swing->against_s + swing->against_c * swing->against_c;
+    return against > LARGE * LARGE * current * current && s * s + c * c > REMAINS * REMAINS * against;
+}
+
 /* The next cycle opposes the swing of i_q that this one has measured. A share of the opposing current decays:
  * where the frequency of the dither is a resonance of the shaft, the speed control turns the answer to it by
- * a quarter of a cycle, and the opposing current would grow (docs/theory.md, 24). */
+ * a quarter of a cycle and more, and the opposing current would grow. If it grows nevertheless, the next
+ * cycle has another frequency (docs/theory.md, 24). */
 static void oppose(inductance_t *x, const inductance_wave_t *wave)
 {
+    inductance_swing_t *swing = &x->swing;
     const float most = x->tuning.current;
-    const float part = OPPOSED * wave->per_sum;
-    x->swing.against_s = bounds_clamp(KEPT * x->swing.against_s - part * x->swing.s, most);
-    x->swing.against_c = bounds_clamp(KEPT * x->swing.against_c - part * x->swing.c, most);
+    const float s = wave->per_sum * swing->s;
+    const float c = wave->per_sum * swing->c;
+    swing->vain = is_in_vain(swing, most, s, c) ? swing->vain + 1u : swing->vain >> 1;
+    if (swing->vain >= VAIN_CYCLES && x->which + 1u < INDUCTANCE_FREQUENCIES) {
+        swing->from = x->which + 1u;
+        swing->vain = 0u;
+        swing->against_s = 0.0f;
+        swing->against_c = 0.0f;
+        return;
+    }
+    swing->against_s = bounds_clamp(KEPT * swing->against_s - OPPOSED * s, most);
+    swing->against_c = bounds_clamp(KEPT * swing->against_c - OPPOSED * c, most);
 }
 
 /* Moves a learnt value towards the result of a cycle with this duration [s] by its rate, and reduces the

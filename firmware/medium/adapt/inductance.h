@@ -169,6 +169,8 @@ typedef struct {
     float against_s; /* i_q against that swing, in step [A] */
     float against_c; /* the same, a quarter of a cycle ahead [A] */
     float i_d;       /* i_d of the last step, its mean subtracted [A] */
+    uint32_t vain;   /* cycles in succession whose opposition has not reduced the swing [-] */
+    uint32_t from;   /* index of the first frequency that has not been a resonance of the shaft [-] */
 } inductance_swing_t;
 
 typedef struct {

@@ -110,6 +110,13 @@ void encoder_watch_init(encoder_watch_t *watch, const encoder_watch_tuning_t *tu
     encoder_watch_take(watch, tuning);
 }
 
+/* True if noise determines the least EMF. The sign of a judgement counts then only with a mean difference of
+ * OFF_WINDOWS windows, whose direction shows whether it is that of a wire. */
+static inline bool is_lowpass(const encoder_watch_tuning_t *tuning)
+{
+    return tuning->before > 0.5f;
+}
+
 /* Speed of the EMF in the encoder's frame [rad/s]: from the sine of its turn in a judgement, and the whole
  * sine for more than a quarter of a turn. */
 static float slip(const encoder_watch_t *watch, dq_t emf)
@@ -166,7 +173,7 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
     watch->known = 1u;
     const float alone = emf.d * emf.d + emf.q * emf.q;
     const float share = alone > tuning->alone || watch->windows == 0u ? 0.0f : tuning->before;
-    const dq_t before = tuning->before > 0.5f ? watch->judged : last;
+    const dq_t before = is_lowpass(tuning) ? watch->judged : last;
     const dq_t judged = {emf.d + share * (before.d - emf.d), emf.q + share * (before.q - emf.q)};
     watch->judged = judged;
     const float square = judged.d * judged.d + judged.q * judged.q;
@@ -453,7 +460,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         watch->waited++;
         return 0u;
     }
-    if (sign.open) {
+    if (sign.open || (sign.wrong && is_lowpass(tuning) && watch->wrong < OFF_WINDOWS)) {
         return 0u;
     }
     if (!sign.wrong) {

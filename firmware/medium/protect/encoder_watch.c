@@ -22,7 +22,9 @@
 #define TOO_LONG 1.5f /* [-] */
 
 #define MUCH_BESIDE 0.3f /* [-] of the EMF: above the effect of a wrong psi_f */
-#define PHASE_SINE  0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
+#define CARRIES                                                                                              \
+    4.0f /* [-] of `doubtful`: square of the error of a phase's current by a wrong trim of offsets */
+#define PHASE_SINE 0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
 
 /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
 #define EMF_NOISE 2.12f
@@ -65,9 +67,10 @@
 /* The mean over 16 windows of a difference that turns at 180 rad/s, at twice its angle, has a fifth of its
  * square. At less than 130 rad/s the mean is over more windows, 1/0.6 rad of the rotor's turn, and has a
  * third. That of a wire, with a part that turns of up to the same mean square, has a half. */
-#define LINE_SHARE  (1.0f / 16.0f) /* [-] */
-#define LINE_TURN   1.2f           /* [-] share over the turn of half a window [1/rad] */
-#define LINE_PART   0.5f           /* [-] */
+#define LINE_SHARE  (1.0f / 16.0f)  /* [-] */
+#define LINE_LEAST  (1.0f / 128.0f) /* [-] at standstill */
+#define LINE_TURN   1.2f            /* [-] share over the turn of half a window [1/rad] */
+#define LINE_PART   0.5f            /* [-] */
 #define LINE_WAITED 32u /* [windows] postponed, after which the differences must lie along a line */
 
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
@@ -175,13 +178,15 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
     const float share = alone > tuning->alone || watch->windows == 0u ? 0.0f : tuning->before;
     const dq_t before = is_lowpass(tuning) ? watch->judged : last;
     const dq_t judged = {emf.d + share * (before.d - emf.d), emf.q + share * (before.q - emf.q)};
+    const float speed = is_lowpass(tuning) ? omega_e + share * (watch->speed - omega_e) : omega_e;
     watch->judged = judged;
+    watch->speed = speed;
     const float square = judged.d * judged.d + judged.q * judged.q;
-    const float off = judged.q - tuning->flux_linkage * omega_e;
-    return (seen_t){backward ? -judged.q : judged.q,
+    const float off = judged.q - tuning->flux_linkage * speed;
+    return (seen_t){speed < 0.0f ? -judged.q : judged.q,
                     square * inverse_root(square),
                     alone,
-                    tuning->flux_linkage * bounds_magnitude(omega_e),
+                    tuning->flux_linkage * bounds_magnitude(speed),
                     judged.d * judged.d + off * off,
                     middle};
 }
@@ -247,7 +252,8 @@ static inline bool needs_mean(const encoder_watch_t *watch, ab_t off)
 /* Adds the difference of a wrong window to the means of its squares. */
 static void add_square(encoder_watch_t *watch, float omega_e, ab_t off)
 {
-    const float share = bounds_less(LINE_TURN * bounds_magnitude(watch->tuning.middle * omega_e), LINE_SHARE);
+    const float turn = bounds_magnitude(watch->tuning.middle * omega_e);
+    const float share = bounds_less(bounds_more(LINE_TURN * turn, LINE_LEAST), LINE_SHARE);
     watch->square += share * (square_of(off) - watch->square);
     watch->line.alpha += share * (off.alpha * off.alpha - off.beta * off.beta - watch->line.alpha);
     watch->line.beta += share * (2.0f * off.alpha * off.beta - watch->line.beta);
@@ -278,13 +284,13 @@ static bool is_on_a_line(const encoder_watch_t *watch)
     return square_of(watch->line) > least * least;
 }
 
-/* True if the difference may be that of a phase without current: within an error `noise` [V^2] the current is
- * perpendicular to it. */
-static inline bool is_bare(const encoder_watch_t *watch, ab_t off, float noise)
+/* True if the difference may be that of a phase without current: its square is at most `most` [A^2], or
+ * within an error `noise` [V^2] the current is perpendicular to the difference. */
+static inline bool is_bare(const encoder_watch_t *watch, ab_t off, float most, float noise)
 {
     const ab_t current = watch->current;
     const float along = off.alpha * current.alpha + off.beta * current.beta;
-    return along * along <= watch->tuning.doubtful * square_of(off) + noise * square_of(current);
+    return along * along <= most * square_of(off) + noise * square_of(current);
 }
 
 /* Square of the noise in the mean difference [V^2]: consecutive windows share the sample between them, whose
@@ -302,8 +308,8 @@ static float noise_left(const encoder_watch_t *watch)
 static float noise_of_mean(const encoder_watch_t *watch)
 {
     const float noise = noise_left(watch);
-    const bool used =
-        is_unseen(watch) ? hardly_flows(&watch->tuning, watch->current) : is_bare(watch, watch->off, noise);
+    const bool used = is_unseen(watch) ? hardly_flows(&watch->tuning, watch->current)
+                                       : is_bare(watch, watch->off, watch->tuning.doubtful, noise);
     return used ? noise : 0.0f;
 }
 
@@ -443,10 +449,11 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const ab_t off = beside(watch, input->omega_e, seen.middle);
     const bool in_mean = needs_mean(watch, off);
     add_off(watch, sign.wrong, in_mean, input->omega_e, off);
-    const bool of_a_phase = sign.wrong && !backward &&
-                            is_bare(watch, watch->off, tuning->beside + noise_left(watch)) &&
-                            is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected) &&
-                            (watch->waited < LINE_WAITED || is_on_a_line(watch));
+    const bool of_a_phase =
+        sign.wrong && !backward &&
+        is_bare(watch, watch->off, CARRIES * tuning->doubtful, tuning->beside + noise_left(watch)) &&
+        is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected) &&
+        (watch->waited < LINE_WAITED || is_on_a_line(watch));
     watch->elsewhere =
         watch->windows > 0u && seen.length > least && is_elsewhere(watch, off) ? UINT32_C(1) : UINT32_C(0);
     watch->confirmed = 0u;

@@ -130,6 +130,7 @@ typedef struct {
     ab_t salient;        /* (L_q - L_d) i_d/T_j along the d axis at the beginning [V] */
     dq_t last;           /* <e> of the last window [V] */
     dq_t judged;         /* e of the last judgement [V] */
+    float speed;         /* speed of the encoder, low-passed like e [rad/s] */
     float omega_emf;     /* LP of the EMF's speed, positive in the direction of the encoder [rad/s] */
     float held;          /* sum of EMFs of the present sign [V] */
     uint32_t count;      /* judgements with the sign, in halves [-] */

@@ -9,6 +9,7 @@
 #define TWELFTH       0.083333333f
 #define SLOW_TIMES    3u        /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
 #define TRUST         0.2f      /* [-] change of the confidence by a cycle that agrees with the one before */
+#define SCATTER_SHARE 0.0625f   /* [-] of a cycle in the scatter of the results */
 #define CONFIDENT     0.5f      /* [-] confidence from which the result of a cycle is used */
 #define OPPOSED       0.25f     /* [-] of the remaining swing of i_q that is opposed in each cycle */
 #define KEPT          0.984375f /* [-] of the opposing current from one cycle to the next */
@@ -86,6 +87,7 @@ static void start(inductance_t *x)
     x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
     x->resistance_rate = x->tuning.rate;
+    x->scatter = 0.0f;
     x->swing.from = 0u;
     x->swing.vain = 0u;
     x->look = (inductance_look_t){.kept = x->tuning.from};
@@ -305,12 +307,9 @@ static float per_ampere(const inductance_sums_t *sum, float with_s, float with_c
     return power / square;
 }
 
-/* L_q from the cycle that ends now [H]; 0: no result. */
-static float said_by(const inductance_t *x, const inductance_wave_t *wave, float omega)
+/* L_q from the cycle that ends now [H]; 0: it is not plausible. */
+static float said_by(const inductance_t *x, float omega)
 {
-    if (x->follows == 0u || !is_locked(x, wave, bounds_magnitude(omega))) {
-        return 0.0f;
-    }
     const inductance_tuning_t *tuning = &x->tuning;
     const float miss =
         tuning->ratio != 0.0f
@@ -324,7 +323,12 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
 /* True if this result [H] of a cycle may be used. */
 static bool is_trusted(inductance_t *x, float said)
 {
-    const bool agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value);
+    const float apart = said - x->said;
+    const bool agrees = bounds_within(apart, INDUCTANCE_AGREES * x->learnt.value);
+    if (x->said > 0.0f) {
+        const float square = 0.5f * apart * apart;
+        x->scatter = x->scatter > 0.0f ? lowpass_step(x->scatter, SCATTER_SHARE, square) : square;
+    }
     x->confidence = lowpass_step(x->confidence, TRUST, agrees ? 1.0f : 0.0f);
     x->said = said;
     return agrees && x->confidence > CONFIDENT;
@@ -401,12 +405,16 @@ static void end(inductance_t *x, float omega_smooth)
     const float answer = wave->per_sum * x->sum.answer;
     const steadiness_t steady = steadiness(x, omega_smooth);
     x->follows = x->sound != 0u && answer > ANSWER_MIN * told && answer < ANSWER_MAX * told;
-    const float said = steady != UNSTEADY ? said_by(x, wave, omega_smooth) : 0.0f;
+    const bool valid =
+        steady != UNSTEADY && x->follows != 0u && is_locked(x, wave, bounds_magnitude(omega_smooth));
+    const float said = valid ? said_by(x, omega_smooth) : 0.0f;
     bool learnt = false;
+    if (valid) {
+        oppose(x, wave);
+    }
     if (said > 0.0f) {
         const inductance_tuning_t *tuning = &x->tuning;
         const float time = (float)wave->steps * tuning->time;
-        oppose(x, wave);
         if (tuning->ratio != 0.0f && steady == STEADY && x->voltage_known != 0u &&
             bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);

@@ -234,7 +234,7 @@ learnt_t medium_learnt(const medium_t *medium, float noise_square)
     const bool calibrated = medium->sequence.state > (int32_t)DRIVE_NOT_READY;
     return (learnt_t){
         .resistance = medium->inductance.resistance,
-        .inductance_q = inductance_in_use(&medium->inductance),
+        .inductance_q = medium->inductance.learnt,
         .inertia = medium->inertia.learnt,
         .noise_square = calibrated ? noise_square : 0.0f,
     };

@@ -300,35 +300,6 @@ static void test_the_opposition_is_stable_at_the_resonance_of_a_shaft(void)
     }
 }
 
-/* Noise of 1.2 V makes the results of the cycles vary by some per cent of L. A right parameter stays in use
- * although the learnt value has moved by some tenths of a per cent, and one that is a tenth wrong is
- * replaced. Without noise any difference is used. */
-static void test_a_learnt_l_is_used_once_it_differs_by_more_than_its_noise(void)
-{
-    static const struct {
-        double from, noise; /* relative to the true L [-], [V] */
-        bool used;
-    } cases[] = {{1.0, 1.2, false}, {1.1, 1.2, true}, {0.9, 1.2, true}, {1.003, 0.0, true}};
-    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        motor_t motor = usual();
-        motor.l_d_from = motor.l_q_from = cases[n].from * L_TRUE;
-        motor.noise = cases[n].noise;
-        begin(&motor);
-        TEST_ASSERT_EQUAL_FLOAT((float)motor.l_q_from, inductance_in_use(&x).value);
-        run(&motor, 3.0);
-        double moved = 0.0;
-        for (int k = 0; k < 300; k++) {
-            run(&motor, 0.03);
-            const learnt_value_t learnt = inductance_in_use(&x);
-            TEST_ASSERT_EQUAL_FLOAT((float)motor.l_q_from, learnt.from);
-            TEST_ASSERT_EQUAL_FLOAT(cases[n].used ? x.learnt.value : (float)motor.l_q_from, learnt.value);
-            moved = fmax(moved, fabs(ratio() - cases[n].from));
-            TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, ratio());
-        }
-        TEST_ASSERT_TRUE(moved > 1e-3);
-    }
-}
-
 /* Learning trusts its cycles after four of them; each cycle takes effect with its whole share at its end. */
 static void test_l_goes_to_the_truth_by_its_rate(void)
 {

@@ -4,12 +4,11 @@
 #include "math/periods.h"
 #include "math/winding.h"
 #include "medium/adapt/gain.h"
+#include "medium/adapt/inductance_frequency.h"
 
-#define TWO_PI        6.2831853f
 #define TWELFTH       0.083333333f
 #define SLOW_TIMES    3u        /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
 #define TRUST         0.2f      /* [-] change of the confidence by a cycle that agrees with the one before */
-#define SCATTER_SHARE 0.0625f   /* [-] of a cycle in the scatter of the results */
 #define CONFIDENT     0.5f      /* [-] confidence from which the result of a cycle is used */
 #define OPPOSED       0.25f     /* [-] of the remaining swing of i_q that is opposed in each cycle */
 #define KEPT          0.984375f /* [-] of the opposing current from one cycle to the next */
@@ -35,7 +34,7 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
     const float step = (float)params->every * params->period;
     const uint32_t steps = (uint32_t)(1.0f / (frequency * step) + 0.5f);
     const float count = (float)steps;
-    const float omega = TWO_PI * frequency;
+    const float omega = INDUCTANCE_TWO_PI * frequency;
     const float passed = omega * omega / (omega * omega + INDUCTANCE_CUTOFF * INDUCTANCE_CUTOFF);
     return (inductance_wave_t){
         .steps = steps,
@@ -87,7 +86,6 @@ static void start(inductance_t *x)
     x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
     x->resistance_rate = x->tuning.rate;
-    x->scatter = 0.0f;
     x->swing.from = 0u;
     x->swing.vain = 0u;
     x->look = (inductance_look_t){.kept = x->tuning.from};
@@ -124,27 +122,6 @@ static bool shows(const inductance_t *x, float speed)
 static bool loaded(const inductance_t *x, float i_q)
 {
     return !bounds_within(i_q, TORQUE_MIN * x->tuning.current);
-}
-
-/* True if the frequency is near one or two times the electrical one. All in [rad/s]. */
-static bool is_near_first(float frequency, float omega)
-{
-    return bounds_within(frequency - omega, TWO_PI * INDUCTANCE_NEAR) ||
-           bounds_within(frequency - 2.0f * omega, TWO_PI * INDUCTANCE_NEAR);
-}
-
-/* The frequency at this speed [rad/s]: the first one that is not near one, two or six times the electrical
- * one, and without torque not near five or seven times either. If the first one is near such a multiple, the
- * second one may be near the sixth. Those before `from` have been a resonance of the shaft. */
-static uint32_t frequency_at(float omega, bool torque, uint32_t from)
-{
-    const float sixth = 6.0f * omega;
-    const float reach = torque ? TWO_PI * INDUCTANCE_NEAR_SIXTH : TWO_PI * INDUCTANCE_NEAR + omega;
-    if (from == 0u && !bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_1 - sixth, reach) &&
-        !is_near_first(TWO_PI * INDUCTANCE_FREQUENCY_1, omega)) {
-        return 0u;
-    }
-    return from > 1u || bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_2 - sixth, reach) ? 2u : 1u;
 }
 
 /* True if R still has to be learnt at this speed [rad/s]. */
@@ -270,7 +247,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
         x->mean = input->current;
     }
     x->follows = 0u;
-    x->which = frequency_at(speed, torque, x->swing.from);
+    x->which = inductance_frequency(speed, torque, x->swing.from);
     x->left = x->tuning.wave[x->which].steps;
     x->sound = 1u;
     x->voltage_known = input->voltage_known ? 1u : 0u;
@@ -323,12 +300,7 @@ static float said_by(const inductance_t *x, float omega)
 /* True if this result [H] of a cycle may be used. */
 static bool is_trusted(inductance_t *x, float said)
 {
-    const float apart = said - x->said;
-    const bool agrees = bounds_within(apart, INDUCTANCE_AGREES * x->learnt.value);
-    if (x->said > 0.0f) {
-        const float square = 0.5f * apart * apart;
-        x->scatter = x->scatter > 0.0f ? lowpass_step(x->scatter, SCATTER_SHARE, square) : square;
-    }
+    const bool agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value);
     x->confidence = lowpass_step(x->confidence, TRUST, agrees ? 1.0f : 0.0f);
     x->said = said;
     return agrees && x->confidence > CONFIDENT;
@@ -341,11 +313,11 @@ static bool is_in_vain(const inductance_swing_t *swing, float current, float s, 
     return against > LARGE * LARGE * current * current && s * s + c * c > REMAINS * REMAINS * against;
 }
 
-/* The next cycle opposes the swing of i_q that this one has measured. A share of the opposing current decays:
- * where the frequency of the dither is a resonance of the shaft, the speed control turns the answer to it by
- * a quarter of a cycle and more, and the opposing current would grow. If it grows nevertheless, the next
- * cycle has another frequency (docs/theory.md, 24). */
-static void oppose(inductance_t *x, const inductance_wave_t *wave)
+/* The next cycle opposes the swing of i_q that this one has measured, unless its L is not plausible. A share
+ * of the opposing current decays: where the frequency of the dither is a resonance of the shaft, the speed
+ * control turns the answer to it by a quarter of a cycle and more, and the opposing current would grow. If it
+ * grows nevertheless, the next cycle has another frequency (docs/theory.md, 24). */
+static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausible)
 {
     inductance_swing_t *swing = &x->swing;
     const float most = x->tuning.current;
@@ -357,6 +329,9 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave)
         swing->vain = 0u;
         swing->against_s = 0.0f;
         swing->against_c = 0.0f;
+        return;
+    }
+    if (!plausible) {
         return;
     }
     swing->against_s = bounds_clamp(KEPT * swing->against_s - OPPOSED * s, most);
@@ -410,7 +385,7 @@ static void end(inductance_t *x, float omega_smooth)
     const float said = valid ? said_by(x, omega_smooth) : 0.0f;
     bool learnt = false;
     if (valid) {
-        oppose(x, wave);
+        oppose(x, wave, said > 0.0f);
     }
     if (said > 0.0f) {
         const inductance_tuning_t *tuning = &x->tuning;

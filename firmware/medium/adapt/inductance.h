@@ -90,7 +90,6 @@
 #define INDUCTANCE_REST          20.0f  /* [s] pause between two intervals */
 #define INDUCTANCE_MISSED        2.0f   /* [s] time of cycles without a value, less that of cycles with one */
 #define INDUCTANCE_MOVED         0.25f  /* [-] of the current limit: change of i_q that ends a pause */
-#define INDUCTANCE_CHANCE        0.27f  /* [s] 16 times 6/11 of a cycle of 31 ms: square of four deviations */
 #define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, the rotor is salient */
 #define INDUCTANCE_SALIENT_LEAST 1.5f     /* [-] L_q/L_d of a salient rotor from which L_q is learnt */
 #define INDUCTANCE_SALIENT_MIN   0.75f    /* [-] of the parameter, of a salient rotor, which stays one */
@@ -182,7 +181,6 @@ typedef struct {
     float resistance_rate;     /* present rate of R [1/s] */
     float confidence;          /* share of the last cycles that agreed with the one before them [-] */
     float said;                /* result of the last cycle [H] */
-    float scatter;             /* mean square of the error of a result [H^2] */
     inductance_look_t look;
     /* of the cycle */
     uint32_t left;          /* remaining steps [-]; 0: no cycle */
@@ -237,15 +235,6 @@ static inline void inductance_rest(inductance_t *x)
     x->swing.against_s = 0.0f;
     x->swing.against_c = 0.0f;
     x->dither = (dq_t){0.0f, 0.0f};
-}
-
-/* L_q to be used: the parameter, until the learnt value differs from it by more than four standard
- * deviations of the scatter of the results (docs/theory.md, 24). */
-static inline learnt_value_t inductance_in_use(const inductance_t *x)
-{
-    const float apart = x->learnt.value - x->learnt.from;
-    const bool differs = apart * apart > INDUCTANCE_CHANCE * x->rate * x->scatter;
-    return (learnt_value_t){differs ? x->learnt.value : x->learnt.from, x->learnt.from};
 }
 
 /* One step of the wave. The caller calls it once in `every` periods while the loop is locked. */

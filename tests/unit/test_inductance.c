@@ -248,6 +248,17 @@ static void test_a_dither_without_torque_is_not_opposed_at_any_speed(void)
     }
 }
 
+/* The largest opposing current in the next 0.2 s [A]. */
+static double largest_opposition(const motor_t *motor)
+{
+    double most = 0.0;
+    for (int k = 0; k < 200; k++) {
+        run(motor, 1e-3);
+        most = fmax(most, fabs((double)x.dither.q));
+    }
+    return most;
+}
+
 /* A speed control of 140 to 160 rad/s and a damping of 0.2 answers an i_q at 33 Hz, 207 rad/s: at 150 rad/s
  * with 1.9/(0.9 - j 0.55) = 1.8 at 31 degrees, to which the high-pass of 100 rad/s adds 26 degrees, and the
  * step after which the dither acts some more. If a half of the swing were opposed in each cycle, the
@@ -261,11 +272,7 @@ static void test_the_opposition_is_stable_with_a_speed_control_that_swings(void)
         motor.control = 140.0 + 10.0 * n;
         begin(&motor);
         run(&motor, 6.0);
-        double most = 0.0;
-        for (int k = 0; k < 200; k++) {
-            run(&motor, 1e-3);
-            most = fmax(most, fabs((double)x.dither.q));
-        }
+        const double most = largest_opposition(&motor);
         TEST_ASSERT_TRUE(most < 2.0 * 0.05 * 0.5);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, ratio());
     }
@@ -289,11 +296,7 @@ static void test_the_opposition_is_stable_at_the_resonance_of_a_shaft(void)
         motor.shaft = cases[n].shaft;
         begin(&motor);
         run(&motor, 9.0);
-        double most = 0.0;
-        for (int k = 0; k < 200; k++) {
-            run(&motor, 1e-3);
-            most = fmax(most, fabs((double)x.dither.q));
-        }
+        const double most = largest_opposition(&motor);
         TEST_ASSERT_TRUE(most < 1.2 * 0.125 * 0.5);
         TEST_ASSERT_EQUAL_UINT32(cases[n].which, x.which);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, ratio());

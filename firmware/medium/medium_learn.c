@@ -57,8 +57,7 @@ static void learn_slowly(medium_t *medium, const window_t *window)
         flux_step(&medium->flux, estimate->amplitude, estimate->omega_smooth, estimate->detector);
     }
     const ab_t mean = {share * window->sum.emf_hat.alpha, share * window->sum.emf_hat.beta};
-    (void)offset_trim_step(&medium->offset_trim, mean, estimate->frame.theta_e, estimate->omega_smooth,
-                           &window->measured.current);
+    (void)offset_trim_step(&medium->offset_trim, mean, estimate, &window->measured.current);
 }
 
 /* Learns the inertia from the change of the speed, and which part of the current carries the load: the

@@ -127,7 +127,11 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .period = DRIVE_WINDOW_PERIOD,
     };
     flux_prepare(&tuning->medium.flux, &flux);
-    const offset_trim_params_t trim = {.gain = params->offset_trim, .period = DRIVE_WINDOW_PERIOD};
+    const offset_trim_params_t trim = {
+        .gain = params->offset_trim,
+        .period = DRIVE_WINDOW_PERIOD,
+        .saliency = assumed->inductance_q - assumed->inductance_d,
+    };
     tuning->medium.offset_trim = offset_trim_prepare(&trim);
     const inductance_params_t inductance = {
         .inductance_d = assumed->inductance_d,

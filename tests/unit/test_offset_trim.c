@@ -9,6 +9,7 @@
 #define WINDOW 1000 /* periods */
 
 static const offset_trim_params_t PARAMS = {.gain = GAIN, .period = PERIOD};
+static const offset_trim_params_t SALIENT = {.gain = GAIN, .period = PERIOD, .saliency = 0.02f};
 static const ab_t NONE = {0.0f, 0.0f};
 static const ab_t CURRENT = {0.8f, -0.9f}; /* 1.2 A */
 
@@ -53,15 +54,24 @@ void setUp(void)
     start(200.0);
 }
 
-static ab_t step(double complex constant)
+/* A step with this EMF, and this c of a saturating q axis [Wb]. */
+static ab_t step_of(double complex emf, float cross)
 {
-    const double complex emf =
-        constant + rotor.amplitude * J * cexp(J * rotor.theta) * (rotor.samples_per_turn > 0.0 ? 1.0 : -1.0);
     const double wrapped = rotor.theta - 2.0 * PI * floor(rotor.theta / (2.0 * PI) + 0.5);
-    const ab_t offset =
-        offset_trim_step(&rotor.trim, to_ab(emf), (float)wrapped, rotor.omega, &rotor.current);
+    const estimate_t estimate = {
+        .frame = {.theta_e = (float)wrapped, .rotation = {(float)sin(rotor.theta), (float)cos(rotor.theta)}},
+        .omega_smooth = rotor.omega,
+        .cross = cross,
+    };
+    const ab_t offset = offset_trim_step(&rotor.trim, to_ab(emf), &estimate, &rotor.current);
     rotor.theta += 2.0 * PI / rotor.samples_per_turn;
     return offset;
+}
+
+static ab_t step(double complex constant)
+{
+    const double way = rotor.samples_per_turn > 0.0 ? 1.0 : -1.0;
+    return step_of(constant + rotor.amplitude * way * J * cexp(J * rotor.theta), 0.0f);
 }
 
 static ab_t steps(double complex constant, int32_t count)
@@ -156,6 +166,36 @@ static void test_a_slow_window_is_a_whole_turn(void)
     expect_offset(-0.05 * CONSTANT, ROUNDING, step(CONSTANT));
 }
 
+/* The active flux psi_a = psi_f - D i_d + j c i_q of a salient rotor whose current contains the constant x:
+ * in the rotor's frame it changes with the turn. The observed EMF is j omega psi_a e^(j theta), and has a
+ * mean over a turn, j omega (c - D) x/2. */
+static void expect_no_offset_of_salient(double samples_per_turn, double complex x, double c)
+{
+    start(samples_per_turn);
+    begin(&SALIENT);
+    const double omega = (double)rotor.omega;
+    for (int32_t window = 0; window < 2; window++) {
+        do {
+            const double complex turn = cexp(J * rotor.theta);
+            const double complex now = x * conj(turn); /* in the rotor's frame */
+            const double complex flux = 0.1 - 0.02 * creal(now) + J * c * cimag(now);
+            rotor.current = to_ab(x + 3.0 * J * turn);
+            (void)step_of(CONSTANT + J * omega * flux * turn, (float)(c * cimag(now)));
+        } while (rotor.trim.count != 0u);
+    }
+    const double part = fabs(omega) * 1e-4 / 8.0 * fabs(omega) * 0.1 / WINDOW; /* by the divided sample */
+    expect_offset(-0.05 * CONSTANT, 0.05 * part + 4.0 * ROUNDING, rotor.trim.offset);
+}
+
+static void test_a_salient_rotor_has_no_offset_by_the_ripple_of_its_current(void)
+{
+    static const double turns[] = {2.1, -2.3, 3.7, -7.1, 21.3, -42.93, 157.3};
+    for (size_t n = 0; n < sizeof turns / sizeof turns[0]; n++) {
+        expect_no_offset_of_salient(turns[n], 0.3 - 0.2 * J, 0.0);
+        expect_no_offset_of_salient(turns[n], -0.1 + 0.3 * J, -0.01);
+    }
+}
+
 /* ---- when no result is permitted ---- */
 
 /* One window in which the trim receives these speeds at its beginning and end. */
@@ -185,6 +225,17 @@ static void test_a_slow_or_changing_speed_is_left_alone(void)
             expect_window_of_speeds(s * (512.0f - 1.01f * drift), s * 512.0f, false);
             expect_window_of_speeds(s * (512.0f - 0.99f * drift), s * 512.0f, true);
         }
+    }
+}
+
+/* A rotor that turns by almost half a turn in a step. */
+static void test_a_fast_rotor_is_left_alone(void)
+{
+    const float limit = TRIM_TURN_MOST / PERIOD;
+    for (int32_t sign = -1; sign <= 1; sign += 2) {
+        const float s = (float)sign;
+        expect_window_of_speeds(s * 1.001f * limit, s * 1.001f * limit, false);
+        expect_window_of_speeds(s * 0.999f * limit, s * 0.999f * limit, true);
     }
 }
 

@@ -7,7 +7,7 @@
 
 offset_trim_tuning_t offset_trim_prepare(const offset_trim_params_t *params)
 {
-    return (offset_trim_tuning_t){params->gain, (uint32_t)(TRIM_WINDOW / params->period)};
+    return (offset_trim_tuning_t){params->gain, params->saliency, (uint32_t)(TRIM_WINDOW / params->period)};
 }
 
 void offset_trim_init(offset_trim_t *trim, const offset_trim_tuning_t *tuning)
@@ -34,7 +34,9 @@ void offset_trim_reset(offset_trim_t *trim, ab_t offset)
 static bool steady(const offset_trim_t *trim, float omega_e, const ab_t *current)
 {
     float square = current->alpha * current->alpha + current->beta * current->beta;
-    return bounds_magnitude(omega_e) > TRIM_SPEED_MIN &&
+    const float turned = bounds_magnitude(omega_e) * TRIM_WINDOW;
+    return turned > TRIM_SPEED_MIN * TRIM_WINDOW &&
+           turned < TRIM_TURN_MOST * (float)trim->tuning.window_periods &&
            bounds_magnitude(omega_e - trim->omega) < TRIM_SPEED_DRIFT * bounds_magnitude(omega_e) &&
            square > TRIM_CURRENT_MIN * TRIM_CURRENT_MIN;
 }
@@ -46,14 +48,14 @@ static float share_beyond(float theta_e, float moved)
     return turned > 0.0f ? (ANGLE_PI - bounds_magnitude(theta_e)) / turned : 0.0f;
 }
 
-void offset_trim_turn(offset_trim_t *trim, ab_t emf_hat, float theta_e, float moved, float omega_e,
+void offset_trim_turn(offset_trim_t *trim, ab_t emf, float theta_e, float moved, float omega_e,
                       const ab_t *current)
 {
     if (trim->count < trim->tuning.window_periods) {
         return;
     }
     const float beyond = share_beyond(theta_e, moved);
-    const ab_t rest = {beyond * emf_hat.alpha, beyond * emf_hat.beta};
+    const ab_t rest = {beyond * emf.alpha, beyond * emf.beta};
     if (steady(trim, omega_e, current)) {
         const float share = trim->tuning.gain / ((float)trim->count + trim->ahead - beyond);
         trim->offset.alpha =

@@ -13,6 +13,9 @@
  * gets its share, and less than omega T/8 samples of the turning EMF remain in a sum. If only whole samples
  * were summed, up to one sample would remain, and would vary like an offset that the trim itself causes.
  *
+ * The observed EMF of a salient rotor also has a mean where an offset makes i_d pulsate; this part is
+ * subtracted.
+ *
  * One step per T. A leg with another dead time than its neighbours also gives e_hat a mean, which is
  * trimmed as if it were an offset: the estimate improves, and the current contains the remaining
  * error. Does not handle: speed below TRIM_SPEED_MIN or changing, currents so small that they never
@@ -23,23 +26,27 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "estimator/estimate.h"
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/frames.h"
 
 #define TRIM_SPEED_MIN   30.0f  /* [rad/s] electrical */
 #define TRIM_SPEED_DRIFT 0.005f /* [-] of the speed, over a window: a larger drift is not steady */
+#define TRIM_TURN_MOST   3.0f   /* [rad] turn of the rotor in a step */
 #define TRIM_CURRENT_MIN 0.5f   /* [A] |i| */
 #define TRIM_WINDOW      0.1f   /* [s] */
 #define TRIM_LIMIT       0.2f   /* [A] of either component: a larger offset is a fault */
 
 typedef struct {
-    float gain;   /* share of o per mean volt and window [A/V], 0..0.1; 0 = off */
-    float period; /* T [s] */
+    float gain;     /* share of o per mean volt and window [A/V], 0..0.1; 0 = off */
+    float period;   /* T [s] */
+    float saliency; /* D = L_q - L_d [H]; 0 = a round rotor */
 } offset_trim_params_t;
 
 typedef struct {
     float gain;              /* [A/V] */
+    float saliency;          /* D [H] */
     uint32_t window_periods; /* [periods] */
 } offset_trim_tuning_t;
 
@@ -70,24 +77,37 @@ static inline void offset_trim_take(offset_trim_t *trim, const offset_trim_tunin
 void offset_trim_reset(offset_trim_t *trim, ab_t offset);
 
 /* A turn has ended, in a period in which the wrapped angle `moved` by this amount [rad]: offset_trim_step()
- * calls this. Two divisions at the end of a window. */
-void offset_trim_turn(offset_trim_t *trim, ab_t emf_hat, float theta_e, float moved, float omega_e,
+ * calls this. `emf` [V] is what that step has added to the sum. Two divisions at the end of a window. */
+void offset_trim_turn(offset_trim_t *trim, ab_t emf, float theta_e, float moved, float omega_e,
                       const ab_t *current);
 
-/* o [A], stationary frame, to be subtracted from the measured currents, after a period with this estimated
- * EMF [V], whose angle and speed are theta_e [rad] and omega_e [rad/s], and this current [A]. Straight-line
- * code except at the end of a turn. */
-static inline ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, float theta_e, float omega_e,
+/* This EMF without j omega (psi_a - psi_f) e^(j theta), the part of a salient rotor that pulsates with the
+ * current [V]. */
+static inline ab_t offset_trim_round(const offset_trim_t *trim, ab_t emf, const estimate_t *estimate,
+                                     const ab_t *current)
+{
+    const rotation_t rotation = estimate->frame.rotation;
+    const float flux = -trim->tuning.saliency * frames_park(*current, rotation).d;
+    const dq_t pulsating = {-estimate->omega_smooth * estimate->cross, estimate->omega_smooth * flux};
+    const ab_t part = frames_inverse_park(pulsating, rotation);
+    return (ab_t){emf.alpha - part.alpha, emf.beta - part.beta};
+}
+
+/* o [A], stationary frame, to be subtracted from the measured currents, after a period with this observed
+ * EMF `emf_hat` [V], this estimate and this current [A]. Straight-line code except at the end of a turn. */
+static inline ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, const estimate_t *estimate,
                                     const ab_t *current)
 {
     /* A turn ends where the angle wraps, in either direction; elsewhere it moves by less than half a turn. */
+    const float theta_e = estimate->frame.theta_e;
     const float moved = theta_e - trim->theta_prev;
+    const ab_t emf = offset_trim_round(trim, emf_hat, estimate, current);
     trim->theta_prev = theta_e;
-    trim->sum.alpha += emf_hat.alpha;
-    trim->sum.beta += emf_hat.beta;
+    trim->sum.alpha += emf.alpha;
+    trim->sum.beta += emf.beta;
     trim->count++;
     if (bounds_magnitude(moved) > ANGLE_PI) {
-        offset_trim_turn(trim, emf_hat, theta_e, moved, omega_e, current);
+        offset_trim_turn(trim, emf, theta_e, moved, estimate->omega_smooth, current);
     }
     return trim->offset;
 }

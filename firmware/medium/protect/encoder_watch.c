@@ -71,6 +71,7 @@
 #define LINE_LEAST  (1.0f / 128.0f) /* [-] at standstill */
 #define LINE_TURN   1.2f            /* [-] share over the turn of half a window [1/rad] */
 #define LINE_PART   0.5f            /* [-] */
+#define LINE_KNOWN  0.75f           /* [-] of the square of the difference that is judged */
 #define LINE_WAITED 32u /* [windows] postponed, after which the differences must lie along a line */
 
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
@@ -284,6 +285,13 @@ static bool is_on_a_line(const encoder_watch_t *watch)
     return square_of(watch->line) > least * least;
 }
 
+/* True if the mean of their squares, which begins at zero, has reached theirs, or if the judgement has waited
+ * for long: the differences of a wire must then lie along a line. */
+static inline bool knows_line(const encoder_watch_t *watch, const seen_t *seen)
+{
+    return watch->square > LINE_KNOWN * seen->off || watch->waited >= LINE_WAITED;
+}
+
 /* True if the difference may be that of a phase without current: its square is at most `most` [A^2], or
  * within an error `noise` [V^2] the current is perpendicular to the difference. */
 static inline bool is_bare(const encoder_watch_t *watch, ab_t off, float most, float noise)
@@ -453,7 +461,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         sign.wrong && !backward &&
         is_bare(watch, watch->off, CARRIES * tuning->doubtful, tuning->beside + noise_left(watch)) &&
         is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected) &&
-        (watch->waited < LINE_WAITED || is_on_a_line(watch));
+        (!knows_line(watch, &seen) || is_on_a_line(watch));
     watch->elsewhere =
         watch->windows > 0u && seen.length > least && is_elsewhere(watch, off) ? UINT32_C(1) : UINT32_C(0);
     watch->confirmed = 0u;

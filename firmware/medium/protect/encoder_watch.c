@@ -142,21 +142,22 @@ typedef struct {
     rotation_t middle; /* the encoder's angle in the middle of the window */
 } seen_t;
 
-/* The mean EMF of the window, with which the next one begins [V]. */
+/* The mean EMF of the window, with which the next one begins [V]. The angle of the encoder at the beginning
+ * of the first window after a rest is not known: there the part of the saliency is omitted. */
 static ab_t emf_of(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
     const ab_t given =
         winding_given(&tuning->winding, watch->voltage, tuning->periods, watch->current, input->current);
     const rotation_t encoder = input->encoder;
-    const float along =
-        tuning->salient * (input->current.alpha * encoder.cos + input->current.beta * encoder.sin);
-    const ab_t salient = {along * encoder.cos, along * encoder.sin};
+    const float i_d = input->current.alpha * encoder.cos + input->current.beta * encoder.sin;
+    const ab_t along = {i_d * encoder.cos, i_d * encoder.sin};
+    const ab_t before = watch->windows != 0u ? watch->along_d : along;
     const ab_t emf = {tuning->volts * (given.alpha - input->current.alpha + watch->current.alpha) +
-                          salient.alpha - watch->salient.alpha,
+                          tuning->salient * (along.alpha - before.alpha),
                       tuning->volts * (given.beta - input->current.beta + watch->current.beta) +
-                          salient.beta - watch->salient.beta};
-    watch->salient = salient;
+                          tuning->salient * (along.beta - before.beta)};
+    watch->along_d = along;
     watch->voltage = (ab_t){0.0f, 0.0f};
     watch->current = input->current;
     return emf;

@@ -127,7 +127,7 @@ typedef struct {
     encoder_watch_tuning_t tuning;
     ab_t voltage;        /* sum in this window [V] */
     ab_t current;        /* at the beginning [A] */
-    ab_t salient;        /* (L_q - L_d) i_d/T_j along the d axis at the beginning [V] */
+    ab_t along_d;        /* i_d along the d axis of the encoder at the beginning [A] */
     dq_t last;           /* <e> of the last window [V] */
     dq_t judged;         /* e of the last judgement [V] */
     float speed;         /* speed of the encoder, low-passed like e [rad/s] */

@@ -121,7 +121,8 @@ static const struct {
     /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor; the
      * observed voltages have the scale of the shown link */
     {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET | IN_SCALE, BY_FAULT},
-    {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT, BY_FAULT},
+    /* with less than half of psi_f, a load of half the rated torque exceeds that of the motor */
+    {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT | IN_MAGNET, BY_FAULT},
     /* the voltage that a leg loses does not change the current, either */
     {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FAULT},
     {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},

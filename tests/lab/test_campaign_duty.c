@@ -168,6 +168,11 @@ static const course_t courses[] = {
      .steps = {{LATCHED("encoder_mismatch"), WINDOWS + PERIOD}}, .violated = HELD},
     {"a magnet with more than half of its flux does not", "weak_magnet", 0.51,
      .steps = {{LATCHED("encoder_mismatch"), WINDOWS + PERIOD}}, .violated = CAMPAIGN_I_REASON_TRUE},
+    /* A load of half the rated torque is the most that is not an injected fault. */
+    {"a load that exceeds the torque of a weak magnet justifies runaway", "weak_magnet", 0.49,
+     .steps = {{LATCHED("runaway"), WINDOWS + PERIOD}}, .violated = HELD},
+    {"no such load exceeds that of a magnet with more than half of its flux", "weak_magnet", 0.51,
+     .steps = {{LATCHED("runaway"), WINDOWS + PERIOD}}, .violated = CAMPAIGN_I_REASON_TRUE},
     /* The code 1638 of 4095 shows 200 V of the 500 V at 3 V. */
     {"a link that is shown at less than half justifies encoder_mismatch", "stuck_dc_link", 1638.0,
      .steps = {{"gates=0 true_u_dc=408", 1e-3}, {LATCHED("encoder_mismatch"), WINDOWS + PERIOD}},

@@ -227,6 +227,14 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
 /* Range of phase c's own sensor around the middle [A]; without one, no value is within it. */
 #define C_HALF (DRIVE_CURRENT_SENSORS == 3 ? MEASURE_HALF : -1.0f)
 
+/* True if two sensors are at opposite limits. */
+static bool are_opposite(const drive_samples_t *samples)
+{
+    const float c = DRIVE_CURRENT_SENSORS == 3 ? samples->i_c : MEASURE_MIDDLE;
+    const bounds_span_t span = bounds_span(samples->i_a, samples->i_b, c);
+    return span.largest > MEASURE_MIDDLE + MEASURE_HALF && span.smallest < MEASURE_MIDDLE - MEASURE_HALF;
+}
+
 static float expected(float sample, float half, float offset, float last, float before)
 {
     return bounds_within(sample - MEASURE_MIDDLE, half) ? sample - offset : 2.0f * last - before;
@@ -237,6 +245,9 @@ abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples)
     const abc_t offset = measure->offset;
     const abc_t last = measure->measured.current_abc;
     const abc_t before = measure->before;
+    if (are_opposite(samples)) {
+        return (abc_t){samples->i_a - offset.a, samples->i_b - offset.b, samples->i_c - offset.c};
+    }
     return (abc_t){expected(samples->i_a, MEASURE_HALF, offset.a, last.a, before.a),
                    expected(samples->i_b, MEASURE_HALF, offset.b, last.b, before.b),
                    expected(samples->i_c, C_HALF, offset.c, last.c, before.c)};

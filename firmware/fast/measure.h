@@ -164,7 +164,8 @@ static inline bool measure_current_flows(const measured_t *measured)
 /* The phase currents [A] that are compared with limits in the period of an invalid sample. A current sensor
  * that is within its range has its own value. In place of another one, and of phase c without a sensor of its
  * own, the last two good samples are extrapolated, so that a growing current continues to grow: a sensor that
- * reaches its limit in this way is not broken. */
+ * reaches its limit in this way is not broken. Two sensors at opposite limits are not broken, either: the
+ * current flows from one phase to the other, and they have their own values. */
 abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples);
 
 /* Mean square of the noise of a sensor [A^2], from the last calibration. */

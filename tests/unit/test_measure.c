@@ -271,6 +271,33 @@ static void test_a_bad_sample_is_expected_on_the_line_of_the_others(void)
     }
 }
 
+/* Sensors at opposite limits show a current that flows from one phase to another. Two at the same limit have
+ * lost their supply: the line of the last samples continues. */
+static void test_sensors_at_opposite_limits_show_a_current(void)
+{
+    const float limit = 1.01f * MEASURE_HALF;
+    for (int way = -1; way <= 1; way += 2) {
+        const float high = MEASURE_MIDDLE + (float)way * limit;
+        const float low = MEASURE_MIDDLE - (float)way * limit;
+        setUp();
+        measure.offset = (abc_t){0.1f, -0.2f, 0.1f};
+        samples.i_a = high;
+        samples.i_b = low;
+        samples.i_c = -0.5f;
+        const abc_t flows = measure_expected(&measure, &samples);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, high - 0.1f, flows.a);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, low + 0.2f, flows.b);
+        samples.i_b = high;
+        const abc_t broken = measure_expected(&measure, &samples);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, broken.a);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, broken.b);
+        samples.i_b = 2.0f;
+        samples.i_c = low;
+        const abc_t other = measure_expected(&measure, &samples);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, DRIVE_CURRENT_SENSORS == 3 ? high - 0.1f : 0.0f, other.a);
+    }
+}
+
 /* Bad samples are neither counted nor averaged, in the settling and after it: if every third sample is
  * bad, the calibration takes 1.5 times as long. */
 static void test_bad_samples_are_left_out(void)

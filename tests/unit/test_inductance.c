@@ -714,9 +714,35 @@ static void test_another_parameter_starts_again_and_another_rate_does_not(void)
 
 /* ---- a salient rotor ---- */
 
-#define FLUX   0.1
-#define L_D    6.667e-3
-#define L_Q    20e-3
+#define FLUX 0.1
+#define L_D  6.667e-3
+#define L_Q  20e-3
+/* 0.05 of 10 A; five times the noise from 0.1 A on; 0.15 of 10 A from 0.3 A on. */
+static void test_the_dither_is_larger_than_the_noise(void)
+{
+    static const struct {
+        float noise, dither; /* [A] */
+    } cases[] = {{0.0f, 0.5f}, {0.09f, 0.5f}, {0.11f, 0.55f}, {0.29f, 1.45f}, {0.31f, 1.5f}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        const inductance_params_t params = {
+            .inductance_d = (float)L_TRUE,
+            .inductance_q = (float)L_TRUE,
+            .observed_q = (float)L_TRUE,
+            .from = (float)L_TRUE,
+            .resistance = 1.0f,
+            .resistance_from = 1.0f,
+            .flux_linkage = (float)PSI,
+            .current_max = 10.0f,
+            .noise = cases[n].noise,
+            .rate = 1.0f,
+            .period = (float)PERIOD,
+            .every = every,
+        };
+        const inductance_tuning_t tuning = inductance_prepare(&params);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].dither, tuning.current);
+    }
+}
+
 #define AT_I_D -5.0
 #define AT_I_Q 8.0
 

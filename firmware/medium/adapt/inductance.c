@@ -15,13 +15,11 @@
 #define LARGE         0.125f    /* [-] of the dither: an opposing current that must have reduced the swing */
 #define REMAINS       0.125f    /* [-] of the opposing current: twice the swing that its decay leaves */
 #define VAIN_CYCLES   16u       /* [-] */
-#define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
-#define SHARE_MAX     0.5f                                    /* [-] */
-#define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: least i_q */
-#define MOVED         (INDUCTANCE_MOVED / INDUCTANCE_DITHER)  /* [-] of the dither: ends a pause */
-#define ANSWER_MIN    0.5f                                    /* [-] of the commanded i_d */
-#define ANSWER_MAX    1.5f                                    /* [-] of the commanded i_d */
-#define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
+#define WAVE_SQUARE   0.53333333f /* mean of s^2 [-] */
+#define SHARE_MAX     0.5f        /* [-] */
+#define ANSWER_MIN    0.5f        /* [-] of the commanded i_d */
+#define ANSWER_MAX    1.5f        /* [-] of the commanded i_d */
+#define EMF_MIN       0.5f        /* [-] of psi_f |omega| */
 #define SETTLED       0.2f /* [-] of the initial rate: at this rate R has been learnt for long enough */
 #define CERTAIN       0.9f /* [-] confidence from which a learnt value is kept at once */
 #define ANSWER_LEAST  0.4f /* [-] least G with which the angle shows L_q: t of 0.2 without saturation */
@@ -53,10 +51,17 @@ static bool learns(const inductance_params_t *params)
     return params->salient_too && params->from >= INDUCTANCE_SALIENT_LEAST * params->inductance_d;
 }
 
+/* Amplitude of the dither [A]. */
+static float dither_of(const inductance_params_t *params)
+{
+    const float most = INDUCTANCE_DITHER_MOST * params->current_max;
+    const float by_noise = bounds_less(INDUCTANCE_NOISE * params->noise, most);
+    return bounds_more(INDUCTANCE_DITHER * params->current_max, by_noise);
+}
+
 inductance_tuning_t inductance_prepare(const inductance_params_t *params)
 {
     const float step = (float)params->every * params->period;
-    const float current = INDUCTANCE_DITHER * params->current_max;
     return (inductance_tuning_t){
         .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2),
                  wave_of(params, INDUCTANCE_FREQUENCY_3)},
@@ -70,7 +75,7 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .resistance = params->resistance,
         .resistance_from = params->resistance_from,
         .flux_linkage = params->flux_linkage,
-        .current = current,
+        .current = dither_of(params),
         .look = periods_of(INDUCTANCE_LOOK, step),
         .missed = periods_of(INDUCTANCE_MISSED, step),
         .rest = periods_of(INDUCTANCE_REST, step),
@@ -121,7 +126,7 @@ static bool shows(const inductance_t *x, float speed)
 /* True if i_q [A] makes enough torque that L affects the result. */
 static bool loaded(const inductance_t *x, float i_q)
 {
-    return !bounds_within(i_q, TORQUE_MIN * x->tuning.current);
+    return !bounds_within(i_q, INDUCTANCE_TORQUE * x->tuning.current);
 }
 
 /* True if R still has to be learnt at this speed [rad/s]. */
@@ -170,8 +175,9 @@ static bool rests(inductance_t *x, float i_q)
     if (x->look.rests == 0u) {
         return false;
     }
-    x->look.rests =
-        bounds_within(i_q - x->look.looked_at, MOVED * x->tuning.current) ? x->look.rests - 1u : 0u;
+    x->look.rests = bounds_within(i_q - x->look.looked_at, INDUCTANCE_MOVED * x->tuning.current)
+                        ? x->look.rests - 1u
+                        : 0u;
     x->follows = 0u;
     x->dither = (dq_t){0.0f, 0.0f};
     return x->look.rests != 0u;

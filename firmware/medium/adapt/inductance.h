@@ -33,7 +33,7 @@
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the
  * initial one, and then an interval of INDUCTANCE_LOOK follows each pause of INDUCTANCE_REST, which is less
- * than a twentieth of the time. A pause ends early if i_q has changed by INDUCTANCE_MOVED of the limit,
+ * than a twentieth of the time. A pause ends early if i_q has changed by INDUCTANCE_MOVED of the dither,
  * because the saturation of the iron changes then; there is no pause while R is learnt. The learnt value and
  * its confidence are held during a pause. An interval also ends if its cycles give no value, because the
  * shaft is not steady or the results contradict each other, as they do if the dither moves the angle of a
@@ -68,7 +68,9 @@
 #include "medium/adapt/assumed.h"
 
 #define INDUCTANCE_DITHER        0.05f /* [-] of the current limit: about a tenth of the rated current */
-#define INDUCTANCE_TORQUE        0.15f /* [-] of the current limit: least i_q */
+#define INDUCTANCE_NOISE         5.0f  /* [-] of the sensors' noise: the dither is at least this ... */
+#define INDUCTANCE_DITHER_MOST   0.15f /* [-] ... up to this share of the current limit */
+#define INDUCTANCE_TORQUE        3.0f  /* [-] of the dither: least i_q */
 #define INDUCTANCE_FREQUENCY_1   33.0f /* [Hz] */
 #define INDUCTANCE_FREQUENCY_2   43.0f /* [Hz] if the first is too near */
 #define INDUCTANCE_FREQUENCY_3   57.0f /* [Hz] if the second is too near as well */
@@ -89,7 +91,7 @@
 #define INDUCTANCE_LOOK          1.0f   /* [s] time of cycles with a result in each later interval */
 #define INDUCTANCE_REST          20.0f  /* [s] pause between two intervals */
 #define INDUCTANCE_MISSED        2.0f   /* [s] time of cycles without a value, less that of cycles with one */
-#define INDUCTANCE_MOVED         0.25f  /* [-] of the current limit: change of i_q that ends a pause */
+#define INDUCTANCE_MOVED         5.0f   /* [-] of the dither: change of i_q that ends a pause */
 #define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, the rotor is salient */
 #define INDUCTANCE_SALIENT_LEAST 1.5f     /* [-] L_q/L_d of a salient rotor from which L_q is learnt */
 #define INDUCTANCE_SALIENT_MIN   0.75f    /* [-] of the parameter, of a salient rotor, which stays one */
@@ -104,6 +106,7 @@ typedef struct {
     float resistance_from; /* R of the parameters [ohm], above 0 */
     float flux_linkage;    /* psi_f [Wb] */
     float current_max;     /* limit of i_q [A] */
+    float noise;           /* of a measured current, standard deviation [A]; 0 where it does not matter */
     float rate;            /* initial rate [1/s], 0..20; 0 = off */
     float period;          /* T [s] */
     uint32_t every;        /* [periods] from one step to the next, at least 1 */

@@ -584,6 +584,27 @@ static void begin_at(const encoder_watch_tuning_t *tuning, double angle)
     rotor = encoder = angle;
 }
 
+/* A wire is open while the rotor stands and no current is requested: the voltage of its phase swings between
+ * 18 and 26 V, around twice psi_f omega_least, and is too long for the EMF of the encoder's speed. On the
+ * axis of a phase this is never the encoder, also if the q axis lies there, but the wire after half a second.
+ * In the middle between two axes the encoder is reported. */
+static void test_a_voltage_around_the_least_emf_of_no_current_is_that_of_a_wire(void)
+{
+    encoder_watch_params_t params = usual(0.0, 1.5f);
+    params.unseen = 100.0f;
+    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    for (int n = 0; n < 12; n++) {
+        const double axis = PI / 6.0 * n;
+        uint32_t judgements = 0u;
+        begin_at(&tuning, axis - 0.5 * PI);
+        for (; judgements < 1000u && bits == 0u; judgements++) {
+            bits = judge_with(0.0, judgements % 8u < 4u ? 18.0 : 26.0, axis);
+        }
+        TEST_ASSERT_EQUAL_HEX32(n % 2 == 0 ? ENCODER_WATCH_WIRE : ENCODER_WATCH_MISMATCH, bits);
+        TEST_ASSERT_TRUE(n % 2 == 0 ? judgements > 600u : judgements < 60u);
+    }
+}
+
 /* The noise of a window's EMF is 10 V: three standard deviations of the mean of two windows are 21 V, those
  * of the low-pass 8 V. An encoder that is wrong by 60 degrees is reported although the EMF is only 15 V; the
  * same noise in a right encoder is not, and neither is an EMF within the noise, 6 V. */

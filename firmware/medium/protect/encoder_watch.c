@@ -457,9 +457,11 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         opposite && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected);
     const ab_t off = beside(watch, input->omega_e, seen.middle);
     const bool in_mean = needs_mean(watch, off);
-    add_off(watch, sign.wrong, in_mean, input->omega_e, off);
+    const bool differs = sign.wrong || sign.open;
+    const bool still = hardly_flows(tuning, input->current);
+    add_off(watch, differs, in_mean, input->omega_e, off);
     const bool of_a_phase =
-        sign.wrong && !backward &&
+        differs && !backward &&
         is_bare(watch, watch->off, CARRIES * tuning->doubtful, tuning->beside + noise_left(watch)) &&
         is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected) &&
         (!knows_line(watch, &seen) || is_on_a_line(watch));
@@ -470,8 +472,9 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         watch->windows++;
         return 0u;
     }
-    watch->of_a_phase = of_a_phase && !sign.half ? UINT32_C(1) : UINT32_C(0);
-    count_along(watch, sign.wrong && !sign.half, input->doubtful);
+    const bool grows = sign.half && !still; /* the EMF of exchanged sensors, with their current */
+    watch->of_a_phase = of_a_phase && !grows ? UINT32_C(1) : UINT32_C(0);
+    count_along(watch, differs && !grows, input->doubtful);
     if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
         watch->waited++;
         return 0u;

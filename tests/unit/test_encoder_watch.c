@@ -584,10 +584,10 @@ static void begin_at(const encoder_watch_tuning_t *tuning, double angle)
     rotor = encoder = angle;
 }
 
-/* A wire is open while the rotor stands and no current is requested: the voltage of its phase swings between
- * 18 and 26 V, around twice psi_f omega_least, and is too long for the EMF of the encoder's speed. On the
- * axis of a phase this is never the encoder, also if the q axis lies there, but the wire after half a second.
- * In the middle between two axes the encoder is reported. */
+/* A wire is open while the rotor is at standstill and no current is requested: the voltage of its phase
+ * swings between 18 and 26 V, around twice psi_f omega_least, and is too long for the EMF of the encoder's
+ * speed. On the axis of a phase this is never the encoder, also if the q axis lies there, but the wire after
+ * half a second. In the middle between two axes the encoder is reported. */
 static void test_a_voltage_around_the_least_emf_of_no_current_is_that_of_a_wire(void)
 {
     encoder_watch_params_t params = usual(0.0, 1.5f);

@@ -783,6 +783,16 @@ static void test_the_rows_of_the_capture_are_the_history_of_a_fault_unless_writt
     TEST_ASSERT_EQUAL_INT32(CAPTURE_ARMED, app->services.capture_state);
 }
 
+/* The ring of the capture begins again with the other content, between two interrupts. */
+static void test_another_fault_record_begins_with_the_set_that_selects_it(void)
+{
+    app->staged.fault_record = (int32_t)FAULT_RECORD_REPLAY;
+    from_here();
+    TEST_ASSERT_TRUE(app_apply(&why));
+    TEST_ASSERT_TRUE(interrupts_on && !interrupts_wrong);
+    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.record.on);
+}
+
 static void test_a_capture_is_armed_triggered_read_and_released(void)
 {
     uint32_t bits = 0u;

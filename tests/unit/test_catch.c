@@ -27,7 +27,6 @@ void setUp(void)
                                    .period = (float)T};
     tuning = catch_prepare(&params);
     memset(&catching, 0x55, sizeof catching);
-    catch_init(&catching);
     catch_enter(&catching, WHOLE, 0.0f);
 }
 

@@ -269,6 +269,25 @@ static void test_nothing_is_learnt_from_a_constant_current(void)
     TEST_ASSERT_EQUAL_FLOAT(before, world.learn.effective);
 }
 
+/* The current turns at twice the speed of the reference, as that of a loop which has left the rotor: in the
+ * frame of the reference the mean of its direction has the square 1/(1 + 1) = 0.5, less than 0.8. */
+static void test_nothing_is_learnt_from_a_current_that_does_not_turn_with_the_reference(void)
+{
+    turn(0.2);
+    float before = 0.0f;
+    for (int32_t n = 0; n < 20000; n++) {
+        world.theta += world.omega * PERIOD;
+        const double complex current = world.current * cexp(J * (2.0 * world.theta + world.ahead));
+        const double complex error = (TRUE - (double)world.learn.effective) * LINK * signs_of(current, false);
+        const period_t input = {(float)world.omega, (float)world.omega,
+                                to_ab(J * PSI * world.omega * cexp(J * world.theta) + error), to_ab(current),
+                                (float)LINK};
+        step(&input);
+        before = n == 2000 ? world.learn.effective : before; /* the means have forgotten the time before */
+    }
+    TEST_ASSERT_EQUAL_FLOAT(before, world.learn.effective);
+}
+
 /* With an EMF as if the legs lost voltage without limit, the learnt value ends at 1.7 dead bands; with an
  * EMF as if they added voltage, it ends at zero. */
 static void test_limits(void)

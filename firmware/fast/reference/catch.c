@@ -65,11 +65,6 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
     };
 }
 
-void catch_init(catch_t *catching)
-{
-    catch_enter(catching, 0u, 0.0f);
-}
-
 void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
 {
     catching->trail = (ab_t){0.0f, 0.0f};

@@ -101,10 +101,8 @@ float catch_current_along(float doubtful, float current_d, bool salient);
 /* Computes the coefficients. It has divisions and exponentials and runs in the background. */
 catch_tuning_t catch_prepare(const catch_params_t *params);
 
-/* Sets the initial state. */
-void catch_init(catch_t *catching);
-
-/* Begins a catch of at most `periods`; omega_e [rad/s] is the speed until one is measured. */
+/* Begins a catch of at most `periods`; omega_e [rad/s] is the speed until one is measured. Sets the whole
+ * state. */
 void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
 
 /* One period. `emf` is the EMF at t_k and `length` its amount [V], `voltage_max` the largest voltage that the

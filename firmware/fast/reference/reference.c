@@ -16,7 +16,6 @@ void reference_init(reference_t *reference)
 {
     memset(reference, 0, sizeof *reference);
     forced_init(&reference->forced);
-    catch_init(&reference->catching);
 }
 
 void reference_rest(reference_t *reference, int32_t source)

@@ -56,8 +56,15 @@ static void learn_slowly(medium_t *medium, const window_t *window)
     if (medium->flux.tuning.share > 0.0f && medium->estimate.coasted == 0u) {
         flux_step(&medium->flux, estimate->amplitude, estimate->omega_smooth, estimate->detector);
     }
-    const ab_t mean = {share * window->sum.emf_hat.alpha, share * window->sum.emf_hat.beta};
-    (void)offset_trim_step(&medium->offset_trim, mean, estimate, &window->measured.current);
+    const offset_trim_input_t input = {
+        .emf_hat = {share * window->sum.emf_hat.alpha, share * window->sum.emf_hat.beta},
+        .current = window->measured.current,
+        .rotor = estimate->frame.rotation,
+        .theta_e = estimate->frame.theta_e,
+        .omega_e = estimate->omega_smooth,
+        .cross = estimate->cross,
+    };
+    (void)offset_trim_step(&medium->offset_trim, &input);
 }
 
 /* Learns the inertia from the change of the speed, and which part of the current carries the load: the

@@ -58,12 +58,15 @@ void setUp(void)
 static ab_t step_of(double complex emf, float cross)
 {
     const double wrapped = rotor.theta - 2.0 * PI * floor(rotor.theta / (2.0 * PI) + 0.5);
-    const estimate_t estimate = {
-        .frame = {.theta_e = (float)wrapped, .rotation = {(float)sin(rotor.theta), (float)cos(rotor.theta)}},
-        .omega_smooth = rotor.omega,
+    const offset_trim_input_t input = {
+        .emf_hat = to_ab(emf),
+        .current = rotor.current,
+        .rotor = {(float)sin(rotor.theta), (float)cos(rotor.theta)},
+        .theta_e = (float)wrapped,
+        .omega_e = rotor.omega,
         .cross = cross,
     };
-    const ab_t offset = offset_trim_step(&rotor.trim, to_ab(emf), &estimate, &rotor.current);
+    const ab_t offset = offset_trim_step(&rotor.trim, &input);
     rotor.theta += 2.0 * PI / rotor.samples_per_turn;
     return offset;
 }

@@ -48,20 +48,19 @@ static float share_beyond(float theta_e, float moved)
     return turned > 0.0f ? (ANGLE_PI - bounds_magnitude(theta_e)) / turned : 0.0f;
 }
 
-void offset_trim_turn(offset_trim_t *trim, ab_t emf, float theta_e, float moved, float omega_e,
-                      const ab_t *current)
+void offset_trim_turn(offset_trim_t *trim, const offset_trim_input_t *input, ab_t emf, float moved)
 {
     if (trim->count < trim->tuning.window_periods) {
         return;
     }
-    const float beyond = share_beyond(theta_e, moved);
+    const float beyond = share_beyond(input->theta_e, moved);
     const ab_t rest = {beyond * emf.alpha, beyond * emf.beta};
-    if (steady(trim, omega_e, current)) {
+    if (steady(trim, input->omega_e, &input->current)) {
         const float share = trim->tuning.gain / ((float)trim->count + trim->ahead - beyond);
         trim->offset.alpha =
             bounds_clamp(trim->offset.alpha - share * (trim->sum.alpha - rest.alpha), TRIM_LIMIT);
         trim->offset.beta =
             bounds_clamp(trim->offset.beta - share * (trim->sum.beta - rest.beta), TRIM_LIMIT);
     }
-    begin_window(trim, omega_e, rest, beyond);
+    begin_window(trim, input->omega_e, rest, beyond);
 }

@@ -26,7 +26,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "estimator/estimate.h"
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/frames.h"
@@ -76,38 +75,43 @@ static inline void offset_trim_take(offset_trim_t *trim, const offset_trim_tunin
  * and from zero after a new calibration of the sensors, which measures all of their offsets. */
 void offset_trim_reset(offset_trim_t *trim, ab_t offset);
 
+/* The inputs of a step. */
+typedef struct {
+    ab_t emf_hat;     /* observed EMF [V] */
+    ab_t current;     /* [A] */
+    rotation_t rotor; /* the estimated rotor */
+    float theta_e;    /* its angle [rad] */
+    float omega_e;    /* its smoothed speed [rad/s] */
+    float cross;      /* psi_q - L_q i_q by the saturation of the q axis [Wb] */
+} offset_trim_input_t;
+
 /* A turn has ended, in a period in which the wrapped angle `moved` by this amount [rad]: offset_trim_step()
  * calls this. `emf` [V] is what that step has added to the sum. Two divisions at the end of a window. */
-void offset_trim_turn(offset_trim_t *trim, ab_t emf, float theta_e, float moved, float omega_e,
-                      const ab_t *current);
+void offset_trim_turn(offset_trim_t *trim, const offset_trim_input_t *input, ab_t emf, float moved);
 
-/* This EMF without j omega (psi_a - psi_f) e^(j theta), the part of a salient rotor that pulsates with the
+/* The EMF without j omega (psi_a - psi_f) e^(j theta), the part of a salient rotor that pulsates with the
  * current [V]. */
-static inline ab_t offset_trim_round(const offset_trim_t *trim, ab_t emf, const estimate_t *estimate,
-                                     const ab_t *current)
+static inline ab_t offset_trim_round(const offset_trim_t *trim, const offset_trim_input_t *input)
 {
-    const rotation_t rotation = estimate->frame.rotation;
-    const float flux = -trim->tuning.saliency * frames_park(*current, rotation).d;
-    const dq_t pulsating = {-estimate->omega_smooth * estimate->cross, estimate->omega_smooth * flux};
-    const ab_t part = frames_inverse_park(pulsating, rotation);
-    return (ab_t){emf.alpha - part.alpha, emf.beta - part.beta};
+    const float flux = -trim->tuning.saliency * frames_park(input->current, input->rotor).d;
+    const dq_t pulsating = {-input->omega_e * input->cross, input->omega_e * flux};
+    const ab_t part = frames_inverse_park(pulsating, input->rotor);
+    return (ab_t){input->emf_hat.alpha - part.alpha, input->emf_hat.beta - part.beta};
 }
 
-/* o [A], stationary frame, to be subtracted from the measured currents, after a period with this observed
- * EMF `emf_hat` [V], this estimate and this current [A]. Straight-line code except at the end of a turn. */
-static inline ab_t offset_trim_step(offset_trim_t *trim, ab_t emf_hat, const estimate_t *estimate,
-                                    const ab_t *current)
+/* o [A], stationary frame, to be subtracted from the measured currents, after a period. Straight-line code
+ * except at the end of a turn. */
+static inline ab_t offset_trim_step(offset_trim_t *trim, const offset_trim_input_t *input)
 {
     /* A turn ends where the angle wraps, in either direction; elsewhere it moves by less than half a turn. */
-    const float theta_e = estimate->frame.theta_e;
-    const float moved = theta_e - trim->theta_prev;
-    const ab_t emf = offset_trim_round(trim, emf_hat, estimate, current);
-    trim->theta_prev = theta_e;
+    const float moved = input->theta_e - trim->theta_prev;
+    const ab_t emf = offset_trim_round(trim, input);
+    trim->theta_prev = input->theta_e;
     trim->sum.alpha += emf.alpha;
     trim->sum.beta += emf.beta;
     trim->count++;
     if (bounds_magnitude(moved) > ANGLE_PI) {
-        offset_trim_turn(trim, emf, theta_e, moved, estimate->omega_smooth, current);
+        offset_trim_turn(trim, input, emf, moved);
     }
     return trim->offset;
 }

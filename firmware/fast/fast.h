@@ -31,9 +31,11 @@
 /* [periods] from the first duties until the bridge is on and the samples show it. */
 #define FAST_ON 4u
 
-/* [windows] without a new setpoint after which the bridge opens. In the first window without one, the last
- * setpoint continues to act. */
-#define FAST_LATE_WINDOWS 2u
+/* The bridge opens after two windows in succession without a new setpoint, or if every second window has
+ * none: such a window counts FAST_LATE_MISSED, one with a setpoint takes back one, and the limit is
+ * FAST_LATE_MOST. Before, the last setpoint continues to act. */
+#define FAST_LATE_MISSED 2u
+#define FAST_LATE_MOST   4u
 
 typedef enum {
     GATES_KEEP, /* no change of the trip zone */
@@ -97,8 +99,8 @@ typedef struct {
 /* Data from the medium task. */
 typedef struct {
     uint32_t fresh;   /* [-] 1: the next period is the first one of a setpoint */
-    uint32_t late;    /* [windows] consecutive, without a new setpoint */
-    uint32_t overdue; /* [-] 1: `late` has reached FAST_LATE_WINDOWS */
+    uint32_t late;    /* [-] count of windows without a new setpoint, less those with one */
+    uint32_t overdue; /* [-] 1: `late` has reached FAST_LATE_MOST */
 } fast_given_t;
 
 /* Current and voltage in the frame of the demand. */
@@ -174,8 +176,9 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
 /* The last period of a window: writes its `window` for this setpoint. fast_turn() has to follow. */
 void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window);
 
-/* The last period of a window while the medium task still reads the previous one: the sums are lost, and the
- * present setpoint continues to act. */
+/* The last period of a window while the medium task still reads the previous one: the sums are lost, those of
+ * the next window are not sound, because the time between both is unknown, and the present setpoint continues
+ * to act. */
 void fast_miss(fast_t *fast);
 
 /* Opens the bridge at once, for this reason. */

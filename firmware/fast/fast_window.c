@@ -87,8 +87,9 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
 void fast_miss(fast_t *fast)
 {
     fast_begin_sums(&fast->sum);
-    fast->given.late++;
-    fast->given.overdue = fast->given.late >= FAST_LATE_WINDOWS ? UINT32_C(1) : UINT32_C(0);
+    fast->sum.unsound = 1u;
+    fast->given.late += fast->given.late < FAST_LATE_MOST ? FAST_LATE_MISSED : UINT32_C(0);
+    fast->given.overdue = fast->given.late >= FAST_LATE_MOST ? UINT32_C(1) : UINT32_C(0);
     fast->bridge.outputs.permitted =
         fast->given.overdue != 0u ? 0u : fast->bridge.outputs.permitted; /* no watch runs */
 }

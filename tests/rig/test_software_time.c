@@ -211,6 +211,20 @@ static void test_a_medium_task_longer_than_the_window_is_reported_as_late(void)
     TEST_ASSERT_EQUAL_DOUBLE((double)REASON_MEDIUM_LATE, rig_value(rig, "fault_reason"));
 }
 
+/* It takes longer than its window, but not longer than two: every second setpoint is missing, and the sums of
+ * every second window are lost. */
+static void test_a_medium_task_that_misses_every_second_window_is_reported_as_late(void)
+{
+    start();
+    put_medium(rig, 1.3);
+    const uint32_t begin = rig_period(rig);
+    while (rig_value(rig, "fault_reason") == 0.0 && rig_period(rig) - begin < 100u * DRIVE_WINDOW) {
+        rig_step(rig);
+    }
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_MEDIUM_LATE, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_TRUE(rig_period(rig) - begin <= 8u * DRIVE_WINDOW + 1u);
+}
+
 /* A medium task that is late once is not a fault: the drive continues with the setpoint that arrives a window
  * later. */
 static void test_a_medium_task_that_is_late_once_stops_nothing(void)

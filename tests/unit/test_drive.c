@@ -377,6 +377,41 @@ static void test_an_offer_waits_for_a_medium_task_that_is_late(void)
     TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
 }
 
+/* The medium task of a window ends one window late: the end of the next window has no setpoint. */
+static void miss_a_window(void)
+{
+    for (uint32_t n = 0; n + 1u < DRIVE_WINDOW; n++) {
+        TEST_ASSERT_FALSE(drive_step(&drive, &samples, &command));
+    }
+    TEST_ASSERT_TRUE(drive_step(&drive, &samples, &command));
+    for (uint32_t n = 0; n < DRIVE_WINDOW; n++) {
+        TEST_ASSERT_FALSE(drive_step(&drive, &samples, &command));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.sum.periods);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.fast.sum.unsound);
+    drive_medium_step(&drive);
+}
+
+/* A missing setpoint counts two, one in time takes back one, and the bridge opens at four. */
+static void test_every_second_missing_setpoint_opens_the_bridge_and_every_third_does_not(void)
+{
+    bring_to_run();
+    windows(1);
+    for (uint32_t n = 0; n < 20u; n++) {
+        miss_a_window();
+        windows(1);
+        TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.bridge.open);
+    }
+    miss_a_window();
+    miss_a_window();
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.bridge.open);
+    miss_a_window();
+    steps(1);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.fast.bridge.open);
+    windows(2);
+    expect_fault(REASON_MEDIUM_LATE);
+}
+
 static void test_an_offer_withdrawn_is_not_taken(void)
 {
     bring_to_run();

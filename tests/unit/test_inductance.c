@@ -1,6 +1,7 @@
 /* The learnt inductance with an EMF from algebra, e_q = psi_f omega + (L_d,true - L_q,assumed) omega i_d
  * plus the disturbance of a test, and with a current control that follows like a low-pass. */
 #include "medium/adapt/inductance.h"
+#include "medium/adapt/inductance_dither.h"
 #include "medium/adapt/sums.h"
 #include "tests/unit/compare.h"
 
@@ -717,6 +718,49 @@ static void test_another_parameter_starts_again_and_another_rate_does_not(void)
 #define FLUX 0.1
 #define L_D  6.667e-3
 #define L_Q  20e-3
+/* The current changes by psi_f omega T/L in a period by the EMF alone: with less i_q the signs of the phase
+ * currents change within the period. L is 1.1 times or 0.9 times that at which both are equal. */
+static void test_where_the_ripple_exceeds_the_current_there_is_no_dither(void)
+{
+    for (int n = 0; n < 4; n++) {
+        const double factor = n % 2 == 0 ? 1.1 : 0.9;
+        motor_t motor = usual();
+        motor.omega = n < 2 ? 400.0 : -400.0;
+        motor.l_d_from = motor.l_q_from = factor * PSI * 400.0 * PERIOD / I_Q;
+        motor.l_d = motor.l_q = 1.2 * motor.l_d_from;
+        begin(&motor);
+        run(&motor, 5.0);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, factor > 1.0 ? 1.2 : 1.0, (double)x.learnt.value / motor.l_q_from);
+    }
+}
+
+/* By algebra: not within 4 Hz of one or two times the electrical frequency, and with torque not within 6.5 Hz
+ * of six times it; without torque not within 4 Hz of five to seven times it. */
+static bool is_good_at(double f, double electrical, bool torque)
+{
+    const double apart = torque ? 6.5 : 4.0 + electrical;
+    return fabs(f - electrical) >= 4.0 && fabs(f - 2.0 * electrical) >= 4.0 &&
+           fabs(f - 6.0 * electrical) >= apart;
+}
+
+static void test_the_frequency_is_the_first_good_one_that_is_no_resonance(void)
+{
+    static const double frequencies[] = {33.0, 43.0, 57.0};
+    for (double electrical = 4.801; electrical < 200.0; electrical += 0.05) {
+        for (uint32_t from = 0; from < 3u; from++) {
+            for (int torque = 0; torque < 2; torque++) {
+                const float omega = (float)(2.0 * PI * electrical);
+                const uint32_t which = inductance_frequency(omega, torque != 0, from);
+                for (uint32_t n = from; n < which; n++) {
+                    TEST_ASSERT_FALSE(is_good_at(frequencies[n], electrical, torque != 0));
+                }
+                TEST_ASSERT_TRUE(which == 3u ? from > 0u
+                                             : is_good_at(frequencies[which], electrical, torque != 0));
+            }
+        }
+    }
+}
+
 /* 0.05 of 10 A; five times the noise from 0.1 A on; 0.15 of 10 A from 0.3 A on. */
 static void test_the_dither_is_larger_than_the_noise(void)
 {

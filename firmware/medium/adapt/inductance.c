@@ -4,7 +4,7 @@
 #include "math/periods.h"
 #include "math/winding.h"
 #include "medium/adapt/gain.h"
-#include "medium/adapt/inductance_frequency.h"
+#include "medium/adapt/inductance_dither.h"
 
 #define TWELFTH       0.083333333f
 #define SLOW_TIMES    3u        /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
@@ -51,14 +51,6 @@ static bool learns(const inductance_params_t *params)
     return params->salient_too && params->from >= INDUCTANCE_SALIENT_LEAST * params->inductance_d;
 }
 
-/* Amplitude of the dither [A]. */
-static float dither_of(const inductance_params_t *params)
-{
-    const float most = INDUCTANCE_DITHER_MOST * params->current_max;
-    const float by_noise = bounds_less(INDUCTANCE_NOISE * params->noise, most);
-    return bounds_more(INDUCTANCE_DITHER * params->current_max, by_noise);
-}
-
 inductance_tuning_t inductance_prepare(const inductance_params_t *params)
 {
     const float step = (float)params->every * params->period;
@@ -75,9 +67,9 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .resistance = params->resistance,
         .resistance_from = params->resistance_from,
         .flux_linkage = params->flux_linkage,
-        .current = dither_of(params),
+        .current = inductance_dither(params),
+        .ripple = params->flux_linkage * params->period / params->from,
         .look = periods_of(INDUCTANCE_LOOK, step),
-        .missed = periods_of(INDUCTANCE_MISSED, step),
         .rest = periods_of(INDUCTANCE_REST, step),
         .mean_share = lowpass_share(INDUCTANCE_CUTOFF, step),
         .time = step,
@@ -117,10 +109,12 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
     }
 }
 
-/* True if the response to the dither is beyond the errors of the voltage at this speed [rad/s]. */
-static bool shows(const inductance_t *x, float speed)
+/* True if the response to the dither is beyond the errors of the voltage at this speed [rad/s] and i_q [A].
+ */
+static bool shows(const inductance_t *x, float speed, float i_q)
 {
-    return speed * x->tuning.from * x->tuning.current >= INDUCTANCE_EMF;
+    return speed * x->tuning.from * x->tuning.current >= INDUCTANCE_EMF &&
+           !bounds_within(i_q, speed * x->tuning.ripple);
 }
 
 /* True if i_q [A] makes enough torque that L affects the result. */
@@ -157,7 +151,7 @@ static void look(inductance_t *x, bool said, bool learnt, float speed)
     at->missed = !learnt ? at->missed + steps : at->missed > steps ? at->missed - steps : 0u;
     /* at low speed the dead time is learnt first, and a light rotor swings near the dither's frequency */
     const bool slow = speed < INDUCTANCE_R_SPEED_MAX;
-    const bool failed = at->missed >= (slow ? SLOW_TIMES * tuning->missed : tuning->missed);
+    const bool failed = at->missed >= (slow ? SLOW_TIMES : 1u) * INDUCTANCE_MISSED * tuning->look;
     if (failed || (at->looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
                    !looks_for_resistance(x, speed))) {
         settle(x, failed);
@@ -237,7 +231,9 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     const float speed = bounds_magnitude(input->omega_smooth);
     const bool along = turns_with(x, input);
     const bool torque = along && loaded(x, input->current.q);
-    if (speed < INDUCTANCE_SPEED_MIN || !((torque && shows(x, speed)) || looks_for_resistance(x, speed))) {
+    const uint32_t which = inductance_frequency(speed, torque, x->swing.from);
+    if (speed < INDUCTANCE_SPEED_MIN || which == INDUCTANCE_FREQUENCIES ||
+        !((torque && shows(x, speed, input->current.q)) || looks_for_resistance(x, speed))) {
         inductance_rest(x);
         return false;
     }
@@ -253,7 +249,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
         x->mean = input->current;
     }
     x->follows = 0u;
-    x->which = inductance_frequency(speed, torque, x->swing.from);
+    x->which = which;
     x->left = x->tuning.wave[x->which].steps;
     x->sound = 1u;
     x->voltage_known = input->voltage_known ? 1u : 0u;
@@ -401,7 +397,8 @@ static void end(inductance_t *x, float omega_smooth)
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
             learnt = true;
         }
-        if (is_trusted(x, said) && loaded(x, x->mean.q) && shows(x, bounds_magnitude(omega_smooth))) {
+        if (is_trusted(x, said) && loaded(x, x->mean.q) &&
+            shows(x, bounds_magnitude(omega_smooth), x->mean.q)) {
             learn(tuning, time, said, &x->learnt, &x->rate);
             learnt = true;
             x->look.kept = x->confidence > CERTAIN ? x->learnt.value : x->look.kept;

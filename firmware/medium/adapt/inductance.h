@@ -28,7 +28,8 @@
  * was constant, i_d followed its command and the EMF was present, and if the resulting L is plausible. The
  * result is used only if it agrees with the one before, and while most results agree. Where no result is
  * possible, at low speed or without torque, there is no dither. The same applies where the response omega L
- * i_d is so small that errors of the dead time exceed it, as with a motor of 0.1 mH.
+ * i_d is so small that errors of the dead time exceed it, as with a motor of 0.1 mH, or where i_q is smaller
+ * than the change of the current by the EMF in T: the signs of the phase currents then change within T.
  *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the
@@ -90,8 +91,9 @@
 #define INDUCTANCE_LOOKED        0.2f   /* [-] of the initial rate, at which the first interval ends */
 #define INDUCTANCE_LOOK          1.0f   /* [s] time of cycles with a result in each later interval */
 #define INDUCTANCE_REST          20.0f  /* [s] pause between two intervals */
-#define INDUCTANCE_MISSED        2.0f   /* [s] time of cycles without a value, less that of cycles with one */
-#define INDUCTANCE_MOVED         5.0f   /* [-] of the dither: change of i_q that ends a pause */
+#define INDUCTANCE_MISSED                                                                                    \
+    2u /* [-] of INDUCTANCE_LOOK: time of cycles without a value, less that of cycles with one */
+#define INDUCTANCE_MOVED         5.0f     /* [-] of the dither: change of i_q that ends a pause */
 #define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, the rotor is salient */
 #define INDUCTANCE_SALIENT_LEAST 1.5f     /* [-] L_q/L_d of a salient rotor from which L_q is learnt */
 #define INDUCTANCE_SALIENT_MIN   0.75f    /* [-] of the parameter, of a salient rotor, which stays one */
@@ -135,8 +137,8 @@ typedef struct {
     float resistance_from; /* R of the parameters [ohm] */
     float flux_linkage;    /* psi_f [Wb] */
     float current;         /* amplitude of the dither [A] */
+    float ripple;          /* change of the current by the EMF in T, over the speed [A s] */
     uint32_t look;         /* [steps] INDUCTANCE_LOOK */
-    uint32_t missed;       /* [steps] of cycles without a value that end an interval */
     uint32_t rest;         /* [steps] INDUCTANCE_REST */
     float mean_share;      /* share of the low-pass that is subtracted [-] */
     float time;            /* from one step to the next [s] */

@@ -1,0 +1,43 @@
+/* Frequency and amplitude of the dither by which L is learnt (inductance.h). */
+#ifndef MEDIUM_ADAPT_INDUCTANCE_DITHER_H
+#define MEDIUM_ADAPT_INDUCTANCE_DITHER_H
+
+#include "medium/adapt/inductance.h"
+
+#define INDUCTANCE_TWO_PI 6.2831853f
+
+/* True if the frequency is not near one or two times the electrical one, and not within `reach` of six times
+ * it. All in [rad/s]. */
+static inline bool inductance_is_good(float frequency, float omega, float reach)
+{
+    const float near = INDUCTANCE_TWO_PI * INDUCTANCE_NEAR;
+    return !bounds_within(frequency - omega, near) && !bounds_within(frequency - 2.0f * omega, near) &&
+           !bounds_within(frequency - 6.0f * omega, reach);
+}
+
+/* The index of the first frequency that is good at this speed [rad/s]; without torque it must not be near
+ * five or seven times the electrical one either. Those before `from` have been a resonance of the shaft.
+ * INDUCTANCE_FREQUENCIES: none is good. */
+static inline uint32_t inductance_frequency(float omega, bool torque, uint32_t from)
+{
+    static const float frequencies[INDUCTANCE_FREQUENCIES] = {INDUCTANCE_TWO_PI * INDUCTANCE_FREQUENCY_1,
+                                                              INDUCTANCE_TWO_PI * INDUCTANCE_FREQUENCY_2,
+                                                              INDUCTANCE_TWO_PI * INDUCTANCE_FREQUENCY_3};
+    const float reach =
+        torque ? INDUCTANCE_TWO_PI * INDUCTANCE_NEAR_SIXTH : INDUCTANCE_TWO_PI * INDUCTANCE_NEAR + omega;
+    uint32_t which = from;
+    while (which < INDUCTANCE_FREQUENCIES && !inductance_is_good(frequencies[which], omega, reach)) {
+        which++;
+    }
+    return which;
+}
+
+/* The amplitude [A]: a share of the current limit, and more where the noise of the sensors requires it. */
+static inline float inductance_dither(const inductance_params_t *params)
+{
+    const float most = INDUCTANCE_DITHER_MOST * params->current_max;
+    const float by_noise = bounds_less(INDUCTANCE_NOISE * params->noise, most);
+    return bounds_more(INDUCTANCE_DITHER * params->current_max, by_noise);
+}
+
+#endif

@@ -70,7 +70,7 @@ static void limit(fast_t *fast, const setpoint_t *setpoint)
 
 void fast_turn(fast_t *fast, const setpoint_t *setpoint, const setpoint_t *before)
 {
-    fast->given.late -= fast->given.late != 0u ? UINT32_C(1) : UINT32_C(0);
+    fast->given.late <<= 1;
     fast->given.overdue = 0u;
     fast->given.fresh = 1u;
     if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->bridge.open_since) >= 0) {

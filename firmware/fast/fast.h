@@ -31,11 +31,9 @@
 /* [periods] from the first duties until the bridge is on and the samples show it. */
 #define FAST_ON 4u
 
-/* The bridge opens after two windows in succession without a new setpoint, or if every second window has
- * none: such a window counts FAST_LATE_MISSED, one with a setpoint takes back one, and the limit is
- * FAST_LATE_MOST. Before, the last setpoint continues to act. */
-#define FAST_LATE_MISSED 2u
-#define FAST_LATE_MOST   4u
+/* The bits of the windows among which another one without a new setpoint opens the bridge: two of three. In a
+ * single window without one, the last setpoint continues to act. */
+#define FAST_LATE_WINDOWS UINT32_C(3)
 
 typedef enum {
     GATES_KEEP, /* no change of the trip zone */
@@ -99,8 +97,8 @@ typedef struct {
 /* Data from the medium task. */
 typedef struct {
     uint32_t fresh;   /* [-] 1: the next period is the first one of a setpoint */
-    uint32_t late;    /* [-] count of windows without a new setpoint, less those with one */
-    uint32_t overdue; /* [-] 1: `late` has reached FAST_LATE_MOST */
+    uint32_t late;    /* [-] a bit for each window, the newest is bit 0; 1: it had no new setpoint */
+    uint32_t overdue; /* [-] 1: two of the last three windows had none */
 } fast_given_t;
 
 /* Current and voltage in the frame of the demand. */

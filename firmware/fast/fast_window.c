@@ -88,8 +88,8 @@ void fast_miss(fast_t *fast)
 {
     fast_begin_sums(&fast->sum);
     fast->sum.unsound = 1u;
-    fast->given.late += fast->given.late < FAST_LATE_MOST ? FAST_LATE_MISSED : UINT32_C(0);
-    fast->given.overdue = fast->given.late >= FAST_LATE_MOST ? UINT32_C(1) : UINT32_C(0);
+    fast->given.overdue = (fast->given.late & FAST_LATE_WINDOWS) != 0u ? UINT32_C(1) : UINT32_C(0);
+    fast->given.late = fast->given.late << 1 | 1u;
     fast->bridge.outputs.permitted =
         fast->given.overdue != 0u ? 0u : fast->bridge.outputs.permitted; /* no watch runs */
 }

@@ -174,7 +174,7 @@
       "again",                                                                                               \
       "check for an elastic coupling; lower speed_kp and speed_ki, or pll_bandwidth and feedforward_cutoff") \
     F(85, MEDIUM_LATE, "medium_late", medium_late, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                 \
-      "the medium task had no setpoint ready for two consecutive windows, or for every second one",          \
+      "the medium task had no setpoint ready for two of three successive windows",                           \
       "shorten what was added to the interrupts; request fewer signals over the serial link")                \
     F(150, CHOPPER_OVERLOAD, "chopper_overload", chopper_overload, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,  \
       "the brake resistor carried more than chopper_power for too long: the chopper stays off until it "     \

@@ -222,7 +222,7 @@ static void test_a_medium_task_that_misses_every_second_window_is_reported_as_la
         rig_step(rig);
     }
     TEST_ASSERT_EQUAL_DOUBLE((double)REASON_MEDIUM_LATE, rig_value(rig, "fault_reason"));
-    TEST_ASSERT_TRUE(rig_period(rig) - begin <= 8u * DRIVE_WINDOW + 1u);
+    TEST_ASSERT_TRUE(rig_period(rig) - begin <= 6u * DRIVE_WINDOW + 1u);
 }
 
 /* A medium task that is late once is not a fault: the drive continues with the setpoint that arrives a window

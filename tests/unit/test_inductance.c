@@ -304,6 +304,27 @@ static void test_the_opposition_is_stable_at_the_resonance_of_a_shaft(void)
     }
 }
 
+/* The L of the parameters is 0.8 of the true one. What has been learnt until the first frequency is dropped,
+ * at a resonance of the shaft, is discarded. The next frequency teaches the true L. */
+static void test_what_a_dropped_frequency_has_taught_is_discarded(void)
+{
+    motor_t motor = usual();
+    motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
+    motor.swing = 0.02;
+    motor.control = 80.0;
+    motor.shaft = 190.0;
+    begin(&motor);
+    for (int k = 0; k < 9000 && x.swing.from == 0u; k++) {
+        run(&motor, 1e-3);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, x.swing.from);
+    TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);
+    TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.look.kept);
+    TEST_ASSERT_EQUAL_FLOAT(x.tuning.rate, x.rate);
+    run(&motor, 6.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, ratio());
+}
+
 /* Learning trusts its cycles after four of them; each cycle takes effect with its whole share at its end. */
 static void test_l_goes_to_the_truth_by_its_rate(void)
 {

@@ -7,6 +7,7 @@
 #include "medium/adapt/inductance_dither.h"
 
 #define TWELFTH       0.083333333f
+#define RIPPLE_TURN   0.8f      /* [rad] of the rotor in a step, from which on the ripple does not matter */
 #define SLOW_TIMES    3u        /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
 #define TRUST         0.2f      /* [-] change of the confidence by a cycle that agrees with the one before */
 #define CONFIDENT     0.5f      /* [-] confidence from which the result of a cycle is used */
@@ -77,15 +78,23 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
     };
 }
 
-static void start(inductance_t *x)
+/* L begins again with its parameter. */
+static void begin_again(inductance_t *x)
 {
     x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
-    x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
+    x->look.kept = x->tuning.from;
     x->rate = x->tuning.rate;
+    x->confidence = 0.0f;
+}
+
+static void start(inductance_t *x)
+{
+    x->look = (inductance_look_t){.looked = 0u};
+    begin_again(x);
+    x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->resistance_rate = x->tuning.rate;
     x->swing.from = 0u;
     x->swing.vain = 0u;
-    x->look = (inductance_look_t){.kept = x->tuning.from};
     inductance_rest(x);
 }
 
@@ -109,12 +118,11 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
     }
 }
 
-/* True if the response to the dither is beyond the errors of the voltage at this speed [rad/s] and i_q [A].
- */
+/* True if the response to the dither is beyond the errors of the voltage. */
 static bool shows(const inductance_t *x, float speed, float i_q)
 {
-    return speed * x->tuning.from * x->tuning.current >= INDUCTANCE_EMF &&
-           !bounds_within(i_q, speed * x->tuning.ripple);
+    const bool ripples = bounds_within(i_q, speed * x->tuning.ripple) && speed * x->tuning.time < RIPPLE_TURN;
+    return speed * x->tuning.from * x->tuning.current >= INDUCTANCE_EMF && !ripples;
 }
 
 /* True if i_q [A] makes enough torque that L affects the result. */
@@ -255,15 +263,9 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     x->voltage_known = input->voltage_known ? 1u : 0u;
     x->t = -1.0f;
     x->omega = input->omega_smooth;
-    x->sum.emf = 0.0f;
-    x->sum.emf_c = 0.0f;
-    x->sum.answer = 0.0f;
-    x->sum.drop = 0.0f;
-    x->sum.drop_c = 0.0f;
-    x->sum.answer_c = 0.0f;
+    x->sum = (inductance_sums_t){.detector = 0.0f};
     x->swing.s = 0.0f;
     x->swing.c = 0.0f;
-    x->sum.detector = 0.0f;
     return true;
 }
 
@@ -318,7 +320,8 @@ static bool is_in_vain(const inductance_swing_t *swing, float current, float s, 
 /* The next cycle opposes the swing of i_q that this one has measured, unless its L is not plausible. A share
  * of the opposing current decays: where the frequency of the dither is a resonance of the shaft, the speed
  * control turns the answer to it by a quarter of a cycle and more, and the opposing current would grow. If it
- * grows nevertheless, the next cycle has another frequency (docs/theory.md, 24). */
+ * grows nevertheless, the next cycle has another frequency, and what the swing has taught is discarded
+ * (docs/theory.md, 24). */
 static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausible)
 {
     inductance_swing_t *swing = &x->swing;
@@ -331,6 +334,7 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausibl
         swing->vain = 0u;
         swing->against_s = 0.0f;
         swing->against_c = 0.0f;
+        begin_again(x);
         return;
     }
     if (!plausible) {

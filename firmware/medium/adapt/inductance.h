@@ -29,7 +29,8 @@
  * result is used only if it agrees with the one before, and while most results agree. Where no result is
  * possible, at low speed or without torque, there is no dither. The same applies where the response omega L
  * i_d is so small that errors of the dead time exceed it, as with a motor of 0.1 mH, or where i_q is smaller
- * than the change of the current by the EMF in T: the signs of the phase currents then change within T.
+ * than the change of the current by the EMF in T, at less than RIPPLE_TURN: the signs of the phase currents
+ * then change within T.
  *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the

@@ -309,13 +309,12 @@ static void test_the_opposition_is_stable_at_the_resonance_of_a_shaft(void)
 static void test_what_a_dropped_frequency_has_taught_is_discarded(void)
 {
     motor_t motor = usual();
-    motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
     motor.swing = 0.02;
     motor.control = 80.0;
     motor.shaft = 190.0;
     begin(&motor);
-    for (int k = 0; k < 9000 && x.swing.from == 0u; k++) {
-        run(&motor, 1e-3);
+    for (int k = 0; k < 900 && x.swing.from == 0u; k++) {
+        run(&motor, 10e-3);
     }
     TEST_ASSERT_EQUAL_UINT32(1u, x.swing.from);
     TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);

@@ -293,7 +293,8 @@ static void test_estimate_that_does_not_settle_fails_the_start(void)
 
 /* ---- stall and retry ---- */
 
-/* The change of the speed in four windows of the acceleration between alignment and fallback_speed [rad/s]. */
+/* The change of the speed in four windows of the acceleration between alignment and fallback_speed [rad/s].
+ */
 static double ramp_slope(void)
 {
     while (fast.forced.frame.omega_e < 0.36f * m.limits.handover_speed) {

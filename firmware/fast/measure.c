@@ -227,10 +227,13 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
 /* Range of phase c's own sensor around the middle [A]; without one, no value is within it. */
 #define C_HALF (DRIVE_CURRENT_SENSORS == 3 ? MEASURE_HALF : -1.0f)
 
+/* Phase c counts if it has a sensor of its own [-]. */
+#define C_SHARE (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 0.0f)
+
 /* True if two sensors are at opposite limits. */
 static bool are_opposite(const drive_samples_t *samples)
 {
-    const float c = DRIVE_CURRENT_SENSORS == 3 ? samples->i_c : MEASURE_MIDDLE;
+    const float c = MEASURE_MIDDLE + C_SHARE * (samples->i_c - MEASURE_MIDDLE);
     const bounds_span_t span = bounds_span(samples->i_a, samples->i_b, c);
     return span.largest > MEASURE_MIDDLE + MEASURE_HALF && span.smallest < MEASURE_MIDDLE - MEASURE_HALF;
 }

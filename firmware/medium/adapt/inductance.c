@@ -7,8 +7,8 @@
 #include "medium/adapt/inductance_dither.h"
 
 #define TWELFTH       0.083333333f
-#define RIPPLE_TURN   0.8f      /* [rad] of the rotor in a step, from which on the ripple does not matter */
-#define SLOW_TIMES    3u        /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
+#define RIPPLE_TURN   0.8f        /* [rad] of the rotor in a step, from which on the ripple does not matter */
+#define SLOW_TIMES    UINT32_C(3) /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
 #define TRUST         0.2f      /* [-] change of the confidence by a cycle that agrees with the one before */
 #define CONFIDENT     0.5f      /* [-] confidence from which the result of a cycle is used */
 #define OPPOSED       0.25f     /* [-] of the remaining swing of i_q that is opposed in each cycle */
@@ -159,7 +159,7 @@ static void look(inductance_t *x, bool said, bool learnt, float speed)
     at->missed = !learnt ? at->missed + steps : at->missed > steps ? at->missed - steps : 0u;
     /* at low speed the dead time is learnt first, and a light rotor swings near the dither's frequency */
     const bool slow = speed < INDUCTANCE_R_SPEED_MAX;
-    const bool failed = at->missed >= (slow ? SLOW_TIMES : 1u) * INDUCTANCE_MISSED * tuning->look;
+    const bool failed = at->missed >= (slow ? SLOW_TIMES : UINT32_C(1)) * INDUCTANCE_MISSED * tuning->look;
     if (failed || (at->looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
                    !looks_for_resistance(x, speed))) {
         settle(x, failed);

@@ -92,9 +92,8 @@
 #define INDUCTANCE_LOOKED        0.2f   /* [-] of the initial rate, at which the first interval ends */
 #define INDUCTANCE_LOOK          1.0f   /* [s] time of cycles with a result in each later interval */
 #define INDUCTANCE_REST          20.0f  /* [s] pause between two intervals */
-#define INDUCTANCE_MISSED                                                                                    \
-    2u /* [-] of INDUCTANCE_LOOK: time of cycles without a value, less that of cycles with one */
-#define INDUCTANCE_MOVED         5.0f     /* [-] of the dither: change of i_q that ends a pause */
+#define INDUCTANCE_MISSED        UINT32_C(2) /* [-] of INDUCTANCE_LOOK: cycles without a value, less others */
+#define INDUCTANCE_MOVED         5.0f        /* [-] of the dither: change of i_q that ends a pause */
 #define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, the rotor is salient */
 #define INDUCTANCE_SALIENT_LEAST 1.5f     /* [-] L_q/L_d of a salient rotor from which L_q is learnt */
 #define INDUCTANCE_SALIENT_MIN   0.75f    /* [-] of the parameter, of a salient rotor, which stays one */

@@ -230,14 +230,6 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
 /* Phase c counts if it has a sensor of its own [-]. */
 #define C_SHARE (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 0.0f)
 
-/* True if two sensors are at opposite limits. */
-static bool are_opposite(const drive_samples_t *samples)
-{
-    const float c = MEASURE_MIDDLE + C_SHARE * (samples->i_c - MEASURE_MIDDLE);
-    const bounds_span_t span = bounds_span(samples->i_a, samples->i_b, c);
-    return span.largest > MEASURE_MIDDLE + MEASURE_HALF && span.smallest < MEASURE_MIDDLE - MEASURE_HALF;
-}
-
 static float expected(float sample, float half, float offset, float last, float before)
 {
     return bounds_within(sample - MEASURE_MIDDLE, half) ? sample - offset : 2.0f * last - before;
@@ -248,7 +240,9 @@ abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples)
     const abc_t offset = measure->offset;
     const abc_t last = measure->measured.current_abc;
     const abc_t before = measure->before;
-    if (are_opposite(samples)) {
+    const float c = MEASURE_MIDDLE + C_SHARE * (samples->i_c - MEASURE_MIDDLE);
+    const bounds_span_t span = bounds_span(samples->i_a, samples->i_b, c);
+    if (span.largest > MEASURE_MIDDLE + MEASURE_HALF && span.smallest < MEASURE_MIDDLE - MEASURE_HALF) {
         return (abc_t){samples->i_a - offset.a, samples->i_b - offset.b, samples->i_c - offset.c};
     }
     return (abc_t){expected(samples->i_a, MEASURE_HALF, offset.a, last.a, before.a),

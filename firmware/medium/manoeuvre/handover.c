@@ -10,8 +10,6 @@
 #define EXCESS         0.15f /* [-] of I: largest remaining i_d */
 #define WANTED_TIME    0.15f /* [s] */
 
-#define TAKEN_BACK 3u /* steps, by one in which a condition fails */
-
 #define SALIENT_TIME 40e-3f /* [s] for a salient rotor */
 #define LIMIT_ANY    1e6f /* limit for a salient rotor, which permits any remaining i_d [A] and swing [rad] */
 
@@ -59,8 +57,8 @@ bool handover_step(handover_t *handover, const handover_input_t *input, const lo
     if (holds(handover, lock, input->omega_forced, input->needed)) {
         handover->held++;
     } else {
-        handover->held = handover->held > TAKEN_BACK ? handover->held - TAKEN_BACK : 0u;
-        handover->slipped = handover->held != 0u ? handover->slipped : 0.0f;
+        handover->held = 0u;
+        handover->slipped = 0.0f;
     }
     return handover->held >= tuning->wanted;
 }

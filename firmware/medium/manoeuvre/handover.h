@@ -1,5 +1,5 @@
 /* Hand-over: judges whether control may change from the forced frame to the estimate's frame. The loop must
- * satisfy all of the following for 0.15 s; a break takes back three times its length:
+ * satisfy all of the following for a time without a break:
  *
  *     |integral (omega_hat - omega_forced)| < pi/2, and      it turns with the frame
  *                    < 0.7 omega_forced times this time
@@ -50,7 +50,7 @@ typedef struct {
     handover_tuning_t tuning;
     dq_t mean;     /* current in the estimate's frame, low-passed [A] */
     float slipped; /* meanwhile, change of the angle between loop and frame, over the period [rad/s] */
-    uint32_t held; /* [steps] in which the conditions held, less three for each one in which they did not */
+    uint32_t held; /* [steps] without a break */
 } handover_t;
 
 /* The inputs of a step. */

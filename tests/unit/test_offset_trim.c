@@ -209,7 +209,7 @@ static void expect_window_of_speeds(float begin, float end, bool counts)
     begin_window();
     rotor.omega = end;
     const ab_t offset = steps(CONSTANT, WINDOW);
-    expect_offset(counts ? -0.05 * CONSTANT : 0.0, counts ? ROUNDING : 0.0, offset);
+    expect_offset(counts ? -0.05 * CONSTANT : 0.0, counts ? 4.0 * ROUNDING : 0.0, offset);
 }
 
 /* The speed is too low, or it changes by more than TRIM_SPEED_DRIFT of itself, in either direction. 512

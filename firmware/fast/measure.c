@@ -228,7 +228,7 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
 #define C_HALF (DRIVE_CURRENT_SENSORS == 3 ? MEASURE_HALF : -1.0f)
 
 /* Phase c counts if it has a sensor of its own [-]. */
-#define C_SHARE (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 0.0f)
+#define C_COUNTS (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 0.0f)
 
 static float expected(float sample, float half, float offset, float last, float before)
 {
@@ -240,7 +240,7 @@ abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples)
     const abc_t offset = measure->offset;
     const abc_t last = measure->measured.current_abc;
     const abc_t before = measure->before;
-    const float c = MEASURE_MIDDLE + C_SHARE * (samples->i_c - MEASURE_MIDDLE);
+    const float c = MEASURE_MIDDLE + C_COUNTS * (samples->i_c - MEASURE_MIDDLE);
     const bounds_span_t span = bounds_span(samples->i_a, samples->i_b, c);
     if (span.largest > MEASURE_MIDDLE + MEASURE_HALF && span.smallest < MEASURE_MIDDLE - MEASURE_HALF) {
         return (abc_t){samples->i_a - offset.a, samples->i_b - offset.b, samples->i_c - offset.c};

@@ -304,8 +304,8 @@ static void test_the_opposition_is_stable_at_the_resonance_of_a_shaft(void)
     }
 }
 
-/* The L of the parameters is 0.8 of the true one. What has been learnt until the first frequency is dropped,
- * at a resonance of the shaft, is discarded. The next frequency teaches the true L. */
+/* What has been learnt until the first frequency is dropped, at a resonance of the shaft, is discarded: L has
+ * the value of the parameters to the last bit. The next frequency teaches the true L. */
 static void test_what_a_dropped_frequency_has_taught_is_discarded(void)
 {
     motor_t motor = usual();
@@ -733,11 +733,6 @@ static void test_another_parameter_starts_again_and_another_rate_does_not(void)
     TEST_ASSERT_TRUE(x.learnt.value == x.learnt.from);
 }
 
-/* ---- a salient rotor ---- */
-
-#define FLUX 0.1
-#define L_D  6.667e-3
-#define L_Q  20e-3
 /* The current changes by psi_f omega T/L in a period by the EMF alone: with less i_q the signs of the phase
  * currents change within the period. L is 1.1 times or 0.9 times that at which both are equal. */
 static void test_where_the_ripple_exceeds_the_current_there_is_no_dither(void)
@@ -807,6 +802,11 @@ static void test_the_dither_is_larger_than_the_noise(void)
     }
 }
 
+/* ---- a salient rotor ---- */
+
+#define FLUX   0.1
+#define L_D    6.667e-3
+#define L_Q    20e-3
 #define AT_I_D -5.0
 #define AT_I_Q 8.0
 

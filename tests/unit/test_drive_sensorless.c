@@ -368,6 +368,22 @@ static void test_a_lost_lock_is_reported_whatever_criteria_are_off(void)
     }
 }
 
+/* The noise of the sensors exceeds the permitted error of the observer's current at the end of each window.
+ * This is reported after estimate_time, 0.1 s, which are 126 windows in which the loop tracks. */
+static void test_a_current_that_the_observer_misses_is_reported_after_its_time(void)
+{
+    given_sensorless(400.0);
+    drive.medium.trust.validity.tuning.error_square_max = 1e-6f;
+    machine.noise = 0.3;
+    uint32_t windows = 0u;
+    while (drive.medium.estimate.invalid == 0u && windows < 200u) {
+        machine_windows(1);
+        windows++;
+    }
+    TEST_ASSERT_EQUAL_UINT32(ESTIMATOR_CURRENT, drive.medium.estimate.invalid);
+    TEST_ASSERT_UINT32_WITHIN(2u, 126u, windows);
+}
+
 /* The EMF opposes the estimated axis. The low-pass of 5 ms falls from 1 through one half within 5 ms
  * ln(2/1.5) = 1.4 ms, and the condition must last for 5 ms. The rotor is caught at its angle; one loss is
  * not a fault, and two losses are not either. */

@@ -24,7 +24,7 @@
 #define MUCH_BESIDE 0.3f /* [-] of the EMF: above the effect of a wrong psi_f */
 #define CARRIES                                                                                              \
     4.0f /* [-] of `doubtful`: square of the error of a phase's current by a wrong trim of offsets */
-#define PHASE_SINE 0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
+#define PHASE_SINE 0.5f /* [-] of three times the angle to the axis of a phase: 10 degrees */
 
 /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
 #define EMF_NOISE 2.12f

@@ -120,7 +120,7 @@ bool current_watch_lacks(const current_watch_t *watch, abc_t current, abc_t aske
         const int32_t twice = 2 * phase->absent;
         const bool open = twice >= tuning->absent || -twice >= tuning->absent;
         lacks = lacks || (bounds_within(now[n], tuning->none) && bounds_within(phase->value, tuning->none) &&
-                          (open || !bounds_within(wanted[n], tuning->none)));
+                          (open || !bounds_within(wanted[n], tuning->carries)));
     }
     return lacks;
 }

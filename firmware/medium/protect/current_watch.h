@@ -190,9 +190,10 @@ static inline void current_watch_take(current_watch_t *watch, const current_watc
 /* Restarts the watch: the bridge has been off, or the assumed position of the rotor has changed. */
 void current_watch_begin(current_watch_t *watch);
 
-/* True if a phase with a requested current [A] has none, now [A] and at the last window's end: its wire or
- * its sensor may be open. A current that only passes zero has another value one window later. A phase that
- * has been without its current for half of the time of a loss lacks it also while less is requested. */
+/* True if a phase has no current, now [A] and at the last window's end, although one is requested [A] with
+ * which the watch can find a loss: its wire or its sensor may be open. A current that only passes zero has
+ * another value one window later. A phase that has been without its current for half of the time of a loss
+ * lacks it also while less is requested. */
 bool current_watch_lacks(const current_watch_t *watch, abc_t current, abc_t asked);
 
 /* The end of a window: CURRENT_WATCH_... bits. */

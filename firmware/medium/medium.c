@@ -53,7 +53,7 @@ static bool is_by_length(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     const float least = CONFIRMED_LEAST * window->omega_m;
-    return m->sensorless != 0u && m->tracking == 0u && bounds_within(least, medium->speed.trip);
+    return m->tracking == 0u && bounds_within(least, medium->speed.trip);
 }
 
 /* The measurements at the end of the window. */
@@ -70,6 +70,13 @@ drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
     };
 }
 
+/* True if the speed at the stop was that of the encoder. The position source may have changed in the window
+ * of the stop, while the speed was that of a catch. */
+static bool is_by_encoder(const manoeuvres_t *m)
+{
+    return m->sensorless == 0u && m->now != (int32_t)MANOEUVRE_CATCH && m->now != (int32_t)MANOEUVRE_RELOCK;
+}
+
 /* Changes a fault of the shaft's speed into a fault of the estimate if only the estimate shows it, and into
  * one of the encoder if only the encoder shows it while the EMF is that of a slower rotor. */
 static int32_t true_reason(const medium_t *medium, const window_t *window, const drive_fault_t *stop)
@@ -79,7 +86,7 @@ static int32_t true_reason(const medium_t *medium, const window_t *window, const
     if (!overspeed && reason != (int32_t)REASON_ROTOR_TOO_FAST) {
         return reason;
     }
-    if (medium->manoeuvres.sensorless == 0u) {
+    if (is_by_encoder(&medium->manoeuvres)) {
         const bool denied = overspeed && encoder_watch_denies(&medium->encoder_watch, stop->omega_e);
         return denied ? (int32_t)REASON_ENCODER_MISMATCH : reason;
     }

@@ -24,7 +24,10 @@
 #define MUCH_BESIDE 0.3f /* [-] of the EMF: above the effect of a wrong psi_f */
 #define CARRIES                                                                                              \
     4.0f /* [-] of `doubtful`: square of the error of a phase's current by a wrong trim of offsets */
-#define PHASE_SINE 0.5f /* [-] of three times the angle to the axis of a phase: 10 degrees */
+/* [-] sine of three times the largest angle to the axis of a phase at which a difference may be that of its
+ * wire, 10 degrees, and at which it is not elsewhere, 8 degrees */
+#define PHASE_SINE 0.5f
+#define NEAR_SINE  0.4f
 
 /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
 #define EMF_NOISE 2.12f
@@ -224,13 +227,13 @@ static inline float noise_of(const encoder_watch_t *watch)
 }
 
 /* True if it lies along the axis of one phase, in either direction. On each axis the sine of three times its
- * angle is 0. A part `beside` the axis [V^2] increases that sine by up to three times the share of this part.
- */
-static bool is_along(ab_t off, float beside)
+ * angle is 0; it is at most `most` [-]. A part `beside` the axis [V^2] increases that sine by up to three
+ * times the share of this part. */
+static bool is_along(ab_t off, float most, float beside)
 {
     const float square = square_of(off);
     const float sine = off.beta * (3.0f * off.alpha * off.alpha - off.beta * off.beta);
-    return sine * sine < (PHASE_SINE * PHASE_SINE * square + 9.0f * beside) * square * square;
+    return sine * sine < (most * most * square + 9.0f * beside) * square * square;
 }
 
 /* True if the currents are too small for the current watch to report a wire. */
@@ -343,7 +346,7 @@ static bool is_of_a_phase(encoder_watch_t *watch, bool in_mean, float wrong_flux
     const float cross = off.alpha * axis.beta - off.beta * axis.alpha;
     const float a = square_of(off);
     const float b = square_of(axis);
-    const bool on_one = is_along(off, returns ? 0.0f : beside);
+    const bool on_one = is_along(off, PHASE_SINE, returns ? 0.0f : beside);
     const bool stays = (watch->wrong >= 2u || watch->along != 0u) && (returns || on_one) &&
                        cross * cross < SAME_AXIS * a * b + about * (a + b);
     if (stays && on_one && a > LONGER_AXIS * b) {
@@ -374,7 +377,7 @@ static bool is_elsewhere(const encoder_watch_t *watch, ab_t off)
 {
     const dq_t emf = watch->last;
     return square_of(off) > MUCH_BESIDE * MUCH_BESIDE * (emf.d * emf.d + emf.q * emf.q) &&
-           !is_along(off, noise_of(watch));
+           !is_along(off, NEAR_SINE, noise_of(watch));
 }
 
 /* True if the EMF's speed is larger than noise alone can explain. */

@@ -57,11 +57,7 @@ static uint32_t ends(const campaign_injected_t *injected, const campaign_fault_t
  */
 static double offset_between(const campaign_case_t *drawn, double pair, double time)
 {
-    double drift = 0.0;
-    for (uint32_t n = 0; n < drawn->event_count; n++) {
-        const campaign_event_t *event = &drawn->events[n];
-        drift = event->kind == CAMPAIGN_V_DRIFT && event->time < time ? event->value : drift;
-    }
+    const double drift = campaign_drift(drawn, time);
     const double a = CAMPAIGN_VALUE(drawn, offset_a) + drift;
     const double b = CAMPAIGN_VALUE(drawn, offset_b) - drift;
     return pair == 3.0 ? fabs(a - b) : fabs(pair == 2.0 ? a : b);
@@ -77,7 +73,9 @@ static double offset_of(const campaign_case_t *drawn, const campaign_motor_t *mo
         return offset_between(drawn, injected->value, injected->time);
     }
     const bool a = strcmp(row, "current_offset_a") == 0;
-    const double before = a ? CAMPAIGN_VALUE(drawn, offset_a) : CAMPAIGN_VALUE(drawn, offset_b);
+    const double drift = campaign_drift(drawn, injected->time);
+    const double before =
+        a ? CAMPAIGN_VALUE(drawn, offset_a) + drift : CAMPAIGN_VALUE(drawn, offset_b) - drift;
     return a || strcmp(row, "current_offset_b") == 0 ? fabs(injected->value * motor->current - before) : 0.0;
 }
 

@@ -77,6 +77,10 @@ void campaign_drop_drifts(campaign_case_t *drawn);
 
 bool campaign_has_encoder(const campaign_case_t *drawn);
 
+/* [A] By which the offsets have drifted before this time [s]: that of sensor a, and of b with the other sign.
+ */
+double campaign_drift(const campaign_case_t *drawn, double time);
+
 /* Text that grows in a buffer. Text that does not fit is cut; `used` is then size - 1. */
 typedef struct {
     char *to;

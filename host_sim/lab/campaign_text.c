@@ -189,6 +189,27 @@ static void say_fault(text_t *text, const campaign_injected_t *injected, const c
     say_at(text, fault->row, fault_value(injected, motor, settings));
 }
 
+double campaign_drift(const campaign_case_t *drawn, double time)
+{
+    double drift = 0.0;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        const campaign_event_t *event = &drawn->events[n];
+        drift = event->kind == CAMPAIGN_V_DRIFT && event->time < time ? event->value : drift;
+    }
+    return drift;
+}
+
+/* The value of a row at this time without its fault: the initial one, and an offset has drifted since. */
+static double sound_value(const campaign_case_t *drawn, const char *row, const campaign_settings_t *settings,
+                          double time)
+{
+    const double drift = campaign_drift(drawn, time);
+    const double initial = initial_of(rig_row_by_name(row), settings);
+    const bool a = strcmp(row, "current_offset_a") == 0;
+    const bool b = strcmp(row, "current_offset_b") == 0;
+    return a ? initial + drift : b ? initial - drift : initial;
+}
+
 /* The end of the fault, if it is before the end of the run. */
 static void say_fault_end(text_t *text, const campaign_case_t *drawn, const campaign_injected_t *injected,
                           const campaign_settings_t *settings)
@@ -197,7 +218,7 @@ static void say_fault_end(text_t *text, const campaign_case_t *drawn, const camp
     const double end = injected->time + injected->lasts;
     if (injected->lasts > 0.0 && end < drawn->seconds) {
         say(text, "\n[[at]] # %s has gone\ntime = %.9g\n", fault->name, end);
-        say_at(text, fault->row, initial_of(rig_row_by_name(fault->row), settings));
+        say_at(text, fault->row, sound_value(drawn, fault->row, settings, end));
     }
 }
 

@@ -182,6 +182,38 @@ static void test_no_drift_makes_an_offset_that_the_drive_refuses_or_an_overcurre
     TEST_ASSERT_TRUE(drifts > DRAWN / 10u);
 }
 
+/* The offsets of 0.1 and 0.2 A drift by 0.3 A, a by +0.3 A and b by -0.3 A. The offset of a sensor is wrong
+ * for 10 ms after that, and returns to the value to which it has drifted. */
+static void test_a_wrong_offset_that_ends_returns_to_the_drifted_one(void)
+{
+    static const char *const rows[] = {"current_offset_a", "current_offset_b"};
+    static const double ends[] = {0.4, -0.1};
+    for (size_t k = 0; k < 2u; k++) {
+        char text[CAMPAIGN_TEXT_SIZE];
+        scenario_error_t error;
+        campaign_case_t drawn = {.seconds = 0.1, .event_count = 1u};
+        for (uint32_t n = 0; n < CAMPAIGN_QUANTITY_COUNT; n++) {
+            drawn.quantities[n] = campaign_quantities[n].initial;
+        }
+        drawn.quantities[CAMPAIGN_Q_offset_a] = 0.1;
+        drawn.quantities[CAMPAIGN_Q_offset_b] = 0.2;
+        drawn.events[0] = (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = 0.02, .value = 0.3};
+        uint32_t kind = 1u;
+        while (strcmp(campaign_faults[kind].name, rows[k]) != 0) {
+            kind++;
+        }
+        drawn.faults[0] = (campaign_injected_t){.kind = kind, .time = 0.05, .lasts = 0.01, .value = -0.25};
+        const size_t octets = campaign_text(&drawn, NULL, text, sizeof text);
+        scenario_t *scenario = scenario_read_text("drawn", text, octets, &error);
+        TEST_ASSERT_NOT_NULL(scenario);
+        const scenario_event_t *last = &scenario->events[scenario->event_count - 1u];
+        TEST_ASSERT_EQUAL_UINT32(1u, last->count);
+        TEST_ASSERT_EQUAL_STRING(rows[k], last->settings[0].row->name);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, ends[k], last->settings[0].value);
+        scenario_free(scenario);
+    }
+}
+
 static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
 {
     char text[CAMPAIGN_TEXT_SIZE];

@@ -326,13 +326,13 @@ static float noise_of_mean(const encoder_watch_t *watch)
 }
 
 /* True if the mean difference of at least two windows, or with a known axis of one, lies along the axis of
- * one phase alone, and has not moved since it reached this axis. A longer difference on an axis shows the
- * direction of the axis better, and replaces the known one. The EMF of a rotor that turns the other way
- * is constant and may lie there; that of a rotor whose encoder does not turn leaves it. A difference that has
- * already stayed on an axis passes through zero twice per turn of the rotor, and returns to the same axis
- * with the other sign. Near zero the error `wrong_flux` of psi_f omega [V] turns it by more than the angle
- * that shows an axis: it is then compared with the known axis only: with small currents, or after
- * ALONG_WINDOWS. */
+ * one phase alone, and has not moved since it reached this axis. A longer difference on an axis, and a mean
+ * of more windows, show the direction of the axis better, and replace the known one. The EMF of a rotor that
+ * turns the other way is constant and may lie there; that of a rotor whose encoder does not turn leaves it. A
+ * difference that has already stayed on an axis passes through zero twice per turn of the rotor, and returns
+ * to the same axis with the other sign. Near zero the error `wrong_flux` of psi_f omega [V] turns it by more
+ * than the angle that shows an axis: it is then compared with the known axis only: with small currents, or
+ * after ALONG_WINDOWS. */
 static bool is_of_a_phase(encoder_watch_t *watch, bool in_mean, float wrong_flux)
 {
     const ab_t off = watch->off;
@@ -349,7 +349,8 @@ static bool is_of_a_phase(encoder_watch_t *watch, bool in_mean, float wrong_flux
     const bool on_one = is_along(off, PHASE_SINE, returns ? 0.0f : beside);
     const bool stays = (watch->wrong >= 2u || watch->along != 0u) && (returns || on_one) &&
                        cross * cross < SAME_AXIS * a * b + about * (a + b);
-    if (stays && on_one && a > LONGER_AXIS * b) {
+    const bool averages = in_mean && watch->along < OFF_WINDOWS; /* this mean has less noise than the axis */
+    if (stays && on_one && (averages || a > LONGER_AXIS * b)) {
         watch->axis = off;
     }
     return stays;

@@ -13,6 +13,10 @@
 /* [-] of the link: largest EMF of a rotor whose current through the diodes is not detected */
 #define CONFIRMED_BEYOND 1.15f
 
+/* [-] of overspeed_trip: above it the bridge does not come on. Below it the noise of the encoder's speed
+ * causes no trip before the EMF is known. */
+#define SWITCH_ON_SPEED 0.9f
+
 /* Time for which a suspected sensor or wire has priority over the EMF. */
 #define SUSPICION_PERIODS DRIVE_PERIODS(3.5e-3f)
 
@@ -179,6 +183,8 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
         .stops = medium->guard.stops,
         .standing = manoeuvres_knows(&medium->manoeuvres) &&
                     bounds_within(window->omega_m, medium->sequence.tuning.standstill),
+        .overspeed = is_by_encoder(&medium->manoeuvres) &&
+                     !bounds_within(window->omega_m, SWITCH_ON_SPEED * medium->speed.trip),
         .brake_set = medium->outputs.brake.state == (int32_t)BRAKE_SET,
         .bridge = (bridge_t)window->bridge,
         .calibration = (calibration_t)window->sensors.calibration,

@@ -150,6 +150,9 @@ static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *in
     if (measure_current_flows(input->measured)) {
         return REASON_ROTOR_TOO_FAST;
     }
+    if (input->overspeed) {
+        return REASON_OVERSPEED; /* the fault would follow before the EMF has shown whether the rotor turns */
+    }
     return input->calibration == CALIBRATION_DUE ? REASON_NOT_READY : REASON_NONE;
 }
 

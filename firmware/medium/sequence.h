@@ -108,6 +108,7 @@ typedef struct {
     fault_set_t faults;        /* rows of the fault table that open the bridge */
     fault_set_t stops;         /* rows that require a stop */
     bool standing;             /* the rotor is known to be at standstill */
+    bool overspeed;            /* the encoder shows a speed near or above overspeed_trip */
     bool brake_set;            /* the holding brake is set; true without one */
     bridge_t bridge;           /* state in the last sample */
     calibration_t calibration; /* result while not ready, state of the offsets while ready */

@@ -26,6 +26,7 @@ static requests_t requests;
 static struct {
     fault_set_t faults, stops;
     calibration_t calibration;
+    bool overspeed;
 } input;
 static uint32_t order; /* order of the last window */
 
@@ -66,9 +67,9 @@ static inline void steps(uint32_t count)
     measured.u_dc = is.undervoltage ? 0.999f * UNDERVOLTAGE : UNDERVOLTAGE;
     measured.current = (ab_t){(is.feeding ? 0.61f : 0.59f) * FEEDING, -0.8f * FEEDING};
     for (uint32_t n = 0; n < count; n++) {
-        order = sequence_step(&sequence,
-                              &(sequence_input_t){&requests, &measured, input.faults, input.stops,
-                                                  is.standing, !is.brake_free, bridge, input.calibration});
+        order = sequence_step(&sequence, &(sequence_input_t){&requests, &measured, input.faults, input.stops,
+                                                             is.standing, input.overspeed, !is.brake_free,
+                                                             bridge, input.calibration});
         bridge = (order & SEQUENCE_ON) != 0u ? bridge : BRIDGE_OFF;
     }
 }

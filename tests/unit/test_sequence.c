@@ -67,6 +67,9 @@ static void test_on_is_refused_with_the_reason(void)
     is.undervoltage = false;
     expect_refused(REASON_ROTOR_TOO_FAST);
     is.feeding = false;
+    input.overspeed = true;
+    expect_refused(REASON_OVERSPEED);
+    input.overspeed = false;
     expect_refused(REASON_NONE);
 }
 
@@ -100,7 +103,7 @@ static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
             const float length = (over != 0 ? 1.001f : 0.999f) * FEEDING;
             measured.current = (ab_t){length * direction.alpha, length * direction.beta};
             (void)sequence_step(&sequence, &(sequence_input_t){&requests, &measured, NOTHING, NOTHING, false,
-                                                               true, BRIDGE_OFF, CALIBRATION_GOES_ON});
+                                                               false, true, BRIDGE_OFF, CALIBRATION_GOES_ON});
             expect_state(over != 0 ? DRIVE_READY : DRIVE_SWITCHED_ON);
             TEST_ASSERT_EQUAL_INT32(over != 0 ? REASON_ROTOR_TOO_FAST : REASON_NONE, sequence.refusal);
         }

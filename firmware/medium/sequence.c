@@ -189,8 +189,21 @@ static uint32_t in_switched_on(sequence_t *sequence, const sequence_input_t *inp
     return ON;
 }
 
+/* The gates are off although the fast task has reported no fault, because a bit of its memory has flipped. */
+static bool lost_bridge(sequence_t *sequence, const sequence_input_t *input)
+{
+    if (input->bridge == BRIDGE_OFF) {
+        sequence_fault(sequence, REASON_GATES_REFUSED);
+        return true;
+    }
+    return false;
+}
+
 static uint32_t in_operation(sequence_t *sequence, const sequence_input_t *input)
 {
+    if (lost_bridge(sequence, input)) {
+        return OFF;
+    }
     const bool asked_off = input->requests->enable == (int32_t)REQUEST_OFF;
     if (asked_off && sequence->tuning.brakes == 0u) {
         enter(sequence, DRIVE_READY);
@@ -209,6 +222,9 @@ static uint32_t in_operation(sequence_t *sequence, const sequence_input_t *input
 
 static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *input)
 {
+    if (lost_bridge(sequence, input)) {
+        return OFF;
+    }
     const bool for_fault = sequence->stop_reason != (int32_t)REASON_NONE;
     const bool asked_off = input->requests->enable == (int32_t)REQUEST_OFF;
     sequence->stopping++;

@@ -36,8 +36,8 @@
       "the values of the current sensors scatter by more than 2.5 % of the range (rms) at zero current",     \
       "check shield and ground of the sensors' wiring, the supply of the sensors and the filter before the " \
       "ADC")                                                                                                 \
-    R(31, GATES_REFUSED, "gates_refused", "the gates did not come on: the trip could not be cleared",        \
-      "check the fault line of the power module")                                                            \
+    R(31, GATES_REFUSED, "gates_refused", "the gates did not come on, or went off without a fault",          \
+      "check the fault line of the power module; if they went off, the memory of the controller")            \
     R(70, STORE_CORRUPT, "store_corrupt", "the stored parameters are invalid: the drive uses its defaults",  \
       "set the parameters of your motor, reset the fault, save")                                             \
     R(74, STORE_FAILED, "store_failed",                                                                      \

@@ -10,7 +10,9 @@
 #define LOCK_WITNESS  2.0                 /* [s] within which the third loss of the lock is a fault */
 #define MAGNET_LEFT                                                                                          \
     0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
-#define LINK_LEFT 0.5 /* [-] of the link: a smaller shown one scales the EMF as a weak magnet does */
+/* [-] of the link: a smaller shown one scales the EMF as a weak magnet does. The voltage of the inductance,
+ * which is scaled by the same factor, is as wrong as the EMF, and beside it. */
+#define LINK_LEFT 0.5
 #define HEAVY_MASS                                                                                           \
     1.0 /* [-] of the motor: an elastic mass whose swing moves the motor against its torque                  \
          */
@@ -267,14 +269,18 @@ static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32
     truth->fed = truth->drifted && (truth->fed || errs || (!watch->gates_seen && largest >= FLOWS));
 }
 
-/* True if the sensor of the link is stuck at less than half of its voltage [V]. */
+/* True if the sensor of the link [V] is stuck at so small a value that at rated current the error of the
+ * voltage exceeds that of an EMF with half of its length. */
 static bool scales_voltages(const campaign_watch_t *watch, uint32_t period, double link)
 {
+    const campaign_motor_t *motor = &watch->motor;
+    const double error = hypot(1.0, motor->inductance_q * motor->current / motor->flux_linkage);
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         const campaign_injected_t *injected = &watch->drawn->faults[n];
         if (strcmp(campaign_faults[injected->kind].row, "stuck_dc_link") == 0 &&
             campaign_is_there(watch, n, period)) {
-            return injected->value / CAMPAIGN_CODES * (double)BOARD_DC_AT_3V < LINK_LEFT * link;
+            const double shown = injected->value / CAMPAIGN_CODES * (double)BOARD_DC_AT_3V;
+            return (link - shown) * error > (1.0 - LINK_LEFT) * link;
         }
     }
     return false;

@@ -173,12 +173,14 @@ static const course_t courses[] = {
      .steps = {{LATCHED("runaway"), WINDOWS + PERIOD}}, .violated = HELD},
     {"no such load exceeds that of a magnet with more than half of its flux", "weak_magnet", 0.51,
      .steps = {{LATCHED("runaway"), WINDOWS + PERIOD}}, .violated = CAMPAIGN_I_REASON_TRUE},
-    /* The code 1638 of 4095 shows 200 V of the 500 V at 3 V. */
-    {"a link that is shown at less than half justifies encoder_mismatch", "stuck_dc_link", 1638.0,
-     .steps = {{"gates=0 true_u_dc=408", 1e-3}, {LATCHED("encoder_mismatch"), WINDOWS + PERIOD}},
+    /* The code 1638 of 4095 shows 200 V of the 500 V at 3 V. A scaled voltage is as wrong across the
+     * inductance as across the EMF, and perpendicular to it: L_q I is 0.683 psi_f, so that the error is 1.211
+     * times that of the EMF, and half of psi_f omega at 200/(1 - 0.5/1.211) = 340.6 V. */
+    {"a link that is shown at less than 0.587 justifies encoder_mismatch", "stuck_dc_link", 1638.0,
+     .steps = {{"gates=0 true_u_dc=346", 1e-3}, {LATCHED("encoder_mismatch"), WINDOWS + PERIOD}},
      .violated = HELD},
-    {"a link that is shown at more than half does not", "stuck_dc_link", 1638.0,
-     .steps = {{"gates=0 true_u_dc=392", 1e-3}, {LATCHED("encoder_mismatch"), WINDOWS + PERIOD}},
+    {"a link that is shown at more than 0.587 does not", "stuck_dc_link", 1638.0,
+     .steps = {{"gates=0 true_u_dc=335", 1e-3}, {LATCHED("encoder_mismatch"), WINDOWS + PERIOD}},
      .violated = CAMPAIGN_I_REASON_TRUE},
     /* A reason that a flipped bit has caused opens the bridge with the next setpoint, as `enable` = off
      * does. */

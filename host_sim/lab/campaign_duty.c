@@ -177,20 +177,21 @@ static double fast_most(const campaign_duty_t *duty)
     return SPEED_SECONDS + (duty->coded ? 0.0 : duty->lag);
 }
 
-/* True while the loop without encoder follows a step of psi_f: its feed-forward is the EMF over the
- * configured psi_f, and its integral has to take over the difference. */
-static bool magnet_settles(const campaign_watch_t *watch, uint32_t period)
+/* True while the loop without encoder follows a step of psi_f, or after a catch the difference of the true
+ * from the configured psi_f: its feed-forward is the EMF over the configured psi_f, and its integral has to
+ * take over the difference. */
+static bool loop_settles(const campaign_watch_t *watch, uint32_t period)
 {
     const campaign_duty_t *duty = &watch->duty;
+    const uint32_t settles = campaign_periods(duty->settles);
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX && !duty->coded; n++) {
         const bool magnet =
             strcmp(campaign_faults[watch->drawn->faults[n].kind].row, "plant.flux_linkage") == 0;
-        if (magnet && campaign_is_there(watch, n, period) &&
-            (period - watch->excused[n].begins) * RIG_PERIOD_SECONDS < duty->settles) {
+        if (magnet && campaign_is_there(watch, n, period) && period - watch->excused[n].begins < settles) {
             return true;
         }
     }
-    return false;
+    return !duty->coded && duty->locked < settles;
 }
 
 /* True if the encoder that control uses has a fault. */
@@ -215,7 +216,8 @@ static void judge_trips(campaign_watch_t *watch, uint32_t period, const uint32_t
     const bool hidden = duty->miscoded > 0u && duty->miscoded <= campaign_periods(PROMISED_NOTICE);
     const bool runs = rows[CAMPAIGN_AT_manoeuvre] == watch->run && watch->gates_seen;
     const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
-    duty->fast = counted(runs && speed > duty->overspeed && !magnet_settles(watch, period), duty->fast);
+    duty->locked = counted(runs, duty->locked);
+    duty->fast = counted(runs && speed > duty->overspeed && !loop_settles(watch, period), duty->fast);
     duty->high =
         counted(watch->gates_seen && campaign_number(rows, CAMPAIGN_AT_true_u_dc) > duty->link, duty->high);
     if (!hidden && duty->fast * RIG_PERIOD_SECONDS > fast_most(duty)) {

@@ -185,6 +185,7 @@ typedef struct {
     bool coded;            /* control uses the encoder in the whole run */
     double lag;            /* [s] lag of the speed of the tracking loop */
     double settles;        /* [s] in which this speed follows a step of the magnet's flux */
+    uint32_t locked;       /* [periods] since the drive runs with a gate on */
     double answer;         /* [s] response time of the speed control */
     double winding;        /* [N m/rad] change of its integral per error and time */
     uint32_t stopping;     /* [periods] since the quick stop began */

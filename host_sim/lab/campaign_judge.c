@@ -51,15 +51,20 @@ static uint32_t ends(const campaign_injected_t *injected, const campaign_fault_t
     return campaign_periods(injected->time + lasts + AFTERWARDS);
 }
 
-/* Largest difference of the offsets of two sensors whose signals are exchanged at this time [A]; `pair` as in
- * plant.swap_currents. The drift of the offsets has opposite signs in the sensors a and b, and c has no
- * offset.
- */
-static double offset_between(const campaign_case_t *drawn, double pair, double time)
+/* Offset of the current sensor b, or of sensor a, at this time [A]. The drift has opposite signs in both, and
+ * c has no offset. */
+static double offset_of_sensor(const campaign_case_t *drawn, bool b, double time)
 {
     const double drift = campaign_drift(drawn, time);
-    const double a = CAMPAIGN_VALUE(drawn, offset_a) + drift;
-    const double b = CAMPAIGN_VALUE(drawn, offset_b) - drift;
+    return b ? CAMPAIGN_VALUE(drawn, offset_b) - drift : CAMPAIGN_VALUE(drawn, offset_a) + drift;
+}
+
+/* Largest difference of the offsets of two sensors whose signals are exchanged at this time [A]; `pair` as in
+ * plant.swap_currents. */
+static double offset_between(const campaign_case_t *drawn, double pair, double time)
+{
+    const double a = offset_of_sensor(drawn, false, time);
+    const double b = offset_of_sensor(drawn, true, time);
     return pair == 3.0 ? fabs(a - b) : fabs(pair == 2.0 ? a : b);
 }
 
@@ -72,11 +77,27 @@ static double offset_of(const campaign_case_t *drawn, const campaign_motor_t *mo
     if (strcmp(row, "swap_currents") == 0) {
         return offset_between(drawn, injected->value, injected->time);
     }
-    const bool a = strcmp(row, "current_offset_a") == 0;
-    const double drift = campaign_drift(drawn, injected->time);
-    const double before =
-        a ? CAMPAIGN_VALUE(drawn, offset_a) + drift : CAMPAIGN_VALUE(drawn, offset_b) - drift;
-    return a || strcmp(row, "current_offset_b") == 0 ? fabs(injected->value * motor->current - before) : 0.0;
+    const bool b = strcmp(row, "current_offset_b") == 0;
+    return b || strcmp(row, "current_offset_a") == 0
+               ? fabs(injected->value * motor->current - offset_of_sensor(drawn, b, injected->time))
+               : 0.0;
+}
+
+/* [A] Error of the offset that a stuck sensor has while no current flows, when the drive measures it. */
+static double offset_of_stuck(const campaign_case_t *drawn, const campaign_injected_t *injected)
+{
+    const char *const row = campaign_faults[injected->kind].row;
+    const bool b = strcmp(row, "stuck_current_b") == 0;
+    const double volts = 3.0 * injected->value / CAMPAIGN_CODES - rig_initial_named("plant.current_zero");
+    const double shown = volts / 1.5 * rig_initial_named("plant.current_range");
+    return b || strcmp(row, "stuck_current_a") == 0 ? fabs(shown - offset_of_sensor(drawn, b, injected->time))
+                                                    : 0.0;
+}
+
+/* True if the q axis has no inductance left that limits the current of a stuck sensor. */
+static bool saturates_below_trip(const campaign_motor_t *motor)
+{
+    return motor->saturation != 0.0 && motor->saturation < motor->trip;
 }
 
 static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign_motor_t *motor,
@@ -91,7 +112,7 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
         .bits = while_slow || uncoded ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
         .begins = campaign_periods(injected->time),
         .ends = ends(injected, fault),
-        .ceiling = limited ? PROMISED_CURRENT : (double)INFINITY,
+        .ceiling = limited && !saturates_below_trip(motor) ? PROMISED_CURRENT : (double)INFINITY,
         .blind = while_slow ? campaign_blind_speed(drawn) : 0.0,
         .uncoded = uncoded,
         .told = until_told ? campaign_periods(injected->time + PROMISED_NOTICE) : UINT32_MAX,
@@ -101,9 +122,15 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
     };
 }
 
+/* The largest change of an offset that the drive may not know [A]: by a drift, or by a stuck sensor. A larger
+ * one than it accepts refuses the start. */
 static double largest_drift(const campaign_case_t *drawn)
 {
     double drift = 0.0;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        drift = fmax(drift, offset_of_stuck(drawn, &drawn->faults[n]));
+    }
+    drift = fmin(drift, 2.0 * campaign_initial(drawn, "current_offset_max"));
     for (uint32_t n = 0; n < drawn->event_count; n++) {
         if (drawn->events[n].kind == CAMPAIGN_V_DRIFT) {
             drift = fmax(drift, fabs(drawn->events[n].value));

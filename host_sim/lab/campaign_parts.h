@@ -199,7 +199,7 @@ typedef struct {
 } campaign_duty_t;
 
 /* campaign_reasons.c: the true events, with which the reason of a fault is compared. */
-#define CAMPAIGN_CODES 4095.0 /* [-] largest code of a sensor of the link */
+#define CAMPAIGN_CODES 4095.0 /* [-] largest code of a sensor, at 3 V */
 
 typedef struct {
     double fast, over, high, low, under; /* [rad/s], [A], [V]: limits from which a reason is true */

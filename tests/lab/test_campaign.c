@@ -327,7 +327,7 @@ static const course_t courses[] = {
     /* While the bridge is off, the time does not run. */
     {"a sensor that is stuck excuses the current for 20 ms with the bridge on", "stuck_near_zero_a",
      .steps = {{"gates=0", 500.0 * PERIOD},
-               {"gates=1 true_i_b=18.5 true_omega_m=100", 20e-3},
+               {"gates=1 true_i_b=24 true_omega_m=100", 20e-3},
                {"", 3.0 * PERIOD}},
      .violated = CAMPAIGN_I_CURRENT, .row = "true_i_b", .excused = CAMPAIGN_BIT(CURRENT)},
     {"a sensor that is stuck excuses the current for a third of a turn", "stuck_near_zero_a",
@@ -456,6 +456,42 @@ static void test_the_offset_of_an_exchanged_sensor_adds_to_the_limit_of_the_curr
             (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = cases[n].drifts, .value = -0.125};
         inject("swap_currents", cases[n].pair, 0.0);
         carry(18.0 + cases[n].offset, CAMPAIGN_I_CURRENT, "exchanged");
+    }
+}
+
+/* A sensor is stuck at code 1980, -0.033 of 1.5 V, while its offset of 0.1 A is measured. The drive uses the
+ * measured value until the bridge is off again, also after the fault has gone. */
+static void test_an_offset_measured_with_a_stuck_sensor_adds_to_the_limit_of_the_current(void)
+{
+    for (int measured = 1; measured >= 0; measured--) {
+        judge_anew("");
+        observed.quantities[CAMPAIGN_Q_offset_a] = 0.1;
+        inject("stuck_near_zero_a", 1980.0, 0.02);
+        put("true_omega_m", 300.0f);
+        set_rows(measured != 0 ? "gates=0 state=ready" : "");
+        pass(0.01);
+        set_rows("gates=1 state=operation_enabled");
+        pass(0.1102);
+        const double shown = (1980.0 / 4095.0 * 3.0 - 1.5) / 1.5 * rig_initial_named("plant.current_range");
+        carry(18.0 + (measured != 0 ? 0.1 - shown : 0.0), CAMPAIGN_I_CURRENT, "after the stuck sensor");
+    }
+}
+
+/* The trip is 1.5 times the rated current. A q axis that saturates below it does not limit the current. */
+static void test_a_stuck_sensor_has_no_ceiling_if_the_motor_saturates_below_its_trip(void)
+{
+    static const double shares[] = {0.0, 1.45, 1.55};
+    for (size_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
+        judge_anew("");
+        for (uint32_t q = 0; q < CAMPAIGN_QUANTITY_COUNT; q++) {
+            observed.quantities[q] = campaign_quantities[q].initial;
+        }
+        observed.quantities[CAMPAIGN_Q_motor_drawn] = 1.0;
+        observed.quantities[CAMPAIGN_Q_interior] = 2.0;
+        observed.quantities[CAMPAIGN_Q_saturation] = shares[n];
+        inject("stuck_near_zero_a", 1980.0, 0.0);
+        TEST_ASSERT_EQUAL_DOUBLE(shares[n] == 1.45 ? (double)INFINITY : PROMISED_CURRENT,
+                                 watch.excused[0].ceiling);
     }
 }
 

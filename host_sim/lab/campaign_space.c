@@ -55,9 +55,9 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 #define SENSOR_IS_OFF                                                                                        \
     "the dead-time voltage of a current with the wrong sign hides the EMF of a slow rotor",                  \
         CAMPAIGN_WHILE_SLOW
-#define ENCODER_ERRS "a slow rotor has no EMF that shows the error", CAMPAIGN_WHILE_SLOW | CAMPAIGN_STAYS
-#define LEG_LOSES    "the voltage loss of a leg hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
-#define TURNS_BACK   "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
+#define SLOW_HIDES "a slow rotor has no EMF that shows the error", CAMPAIGN_WHILE_SLOW | CAMPAIGN_STAYS
+#define LEG_LOSES  "the voltage loss of a leg hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
+#define TURNS_BACK "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
 
 /* A board without this input cannot report the temperature. */
 #define TEMPERATURE_AT(input)                                                                                \
@@ -121,12 +121,12 @@ const campaign_fault_t campaign_faults[] = {
     {"jam", "brake_torque", CAMPAIGN_LOG, 0.5, 10.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
     {"overload", "load_torque", CAMPAIGN_EVEN, 1.0, 3.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
     {"brake_falls", "holding_torque", CAMPAIGN_LOG, 0.5, 10.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
-    {"estimate_jump", "estimate_jump", CAMPAIGN_EVEN, -3.14, 3.14, CAMPAIGN_AS_IT_IS, 0u, "",
-     CAMPAIGN_ALWAYS},
+    {"estimate_jump", "estimate_jump", CAMPAIGN_EVEN, -3.14, 3.14, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
+     SLOW_HIDES},
     {"encoder_lines", "plant.encoder_lines", CAMPAIGN_WHOLE, 512.0, 5000.0, CAMPAIGN_AS_IT_IS,
-     CAMPAIGN_BIT(ANGLE), ENCODER_ERRS},
+     CAMPAIGN_BIT(ANGLE), SLOW_HIDES},
     {"encoder_slips", "plant.encoder_offset", CAMPAIGN_EVEN, -3.14, 3.14, CAMPAIGN_AS_IT_IS,
-     CAMPAIGN_BIT(ANGLE), ENCODER_ERRS},
+     CAMPAIGN_BIT(ANGLE), SLOW_HIDES},
     {"weak_magnet", "plant.flux_linkage", CAMPAIGN_EVEN, 0.3, 0.9, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
     {"leg_drop_a", "leg_a_drop", CAMPAIGN_LOG, CAMPAIGN_LINK(3.0), CAMPAIGN_LINK(50.0), CAMPAIGN_AS_IT_IS,
      CAMPAIGN_BIT(ANGLE), LEG_LOSES},
@@ -154,13 +154,13 @@ const campaign_fault_t campaign_faults[] = {
      TURNS_BACK},
     {"swap_currents", "swap_currents", CAMPAIGN_WHOLE, 1.0, 3.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
     {"encoder_reversed", "encoder_reversed", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
-     ENCODER_ERRS},
+     SLOW_HIDES},
     {"encoder_slip", "encoder_slip", CAMPAIGN_LOG, 0.01, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
-     ENCODER_ERRS},
+     SLOW_HIDES},
     {"encoder_stuck_a", "encoder_stuck_a", CAMPAIGN_WHOLE, 0.0, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
-     ENCODER_ERRS},
+     SLOW_HIDES},
     {"encoder_stuck_b", "encoder_stuck_b", CAMPAIGN_WHOLE, 0.0, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
-     ENCODER_ERRS},
+     SLOW_HIDES},
     {"dc_ripple", "dc_ripple", CAMPAIGN_EVEN, CAMPAIGN_LINK(5.0), CAMPAIGN_LINK(150.0), CAMPAIGN_AS_IT_IS, 0u,
      "", CAMPAIGN_ALWAYS},
     {"supply_lost", "supply_lost", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},

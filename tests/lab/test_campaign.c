@@ -360,18 +360,21 @@ static void test_the_values_of_the_judge_are_those_of_the_drive(void)
 }
 
 /* While the EMF is too small to show the angle, the time of a wrong angle does not run. */
-static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void)
+static void test_what_only_the_emf_shows_excuses_the_angle_of_a_slow_rotor(void)
 {
-    judge_anew("leg_drop_a");
-    put("theta_err", 1.0f);
-    put("true_i_a", 2.0f);
-    put("true_omega_m", 0.99f * (float)watch.excused[0].blind);
-    pass(0.5);
-    expect(HELD, "below the speed from which on the EMF shows the angle");
-    TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_BIT(ANGLE), result.excused);
-    put("true_omega_m", 1.01f * (float)watch.excused[0].blind);
-    pass(50e-3 + PERIOD);
-    expect(CAMPAIGN_I_ANGLE, "above the speed from which on the EMF shows the angle");
+    static const char *const faults[] = {"leg_drop_a", "estimate_jump"};
+    for (size_t n = 0; n < sizeof faults / sizeof faults[0]; n++) {
+        judge_anew(faults[n]);
+        put("theta_err", 1.0f);
+        put("true_i_a", 2.0f);
+        put("true_omega_m", 0.99f * (float)watch.excused[0].blind);
+        pass(0.5);
+        expect(HELD, "below the speed from which on the EMF shows the angle");
+        TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_BIT(ANGLE), result.excused);
+        put("true_omega_m", 1.01f * (float)watch.excused[0].blind);
+        pass(50e-3 + PERIOD);
+        expect(CAMPAIGN_I_ANGLE, "above the speed from which on the EMF shows the angle");
+    }
 }
 
 /* A slow rotor has an angle error of `share` of its limit for longer than allowed, with this current in

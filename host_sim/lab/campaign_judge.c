@@ -316,7 +316,7 @@ static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t
 {
     const bool runs = rows[CAMPAIGN_AT_state] == watch->enabled && rows[CAMPAIGN_AT_manoeuvre] == watch->run;
     const double error = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err));
-    const bool wrong = runs && error > campaign_invariants[CAMPAIGN_I_ANGLE].limit;
+    const bool wrong = runs && !(error <= campaign_invariants[CAMPAIGN_I_ANGLE].limit); /* NaN is wrong */
     const bool excused = wrong && hides_angle(watch, period, shown_speed(watch, rows));
     watch->result->excused |= excused ? CAMPAIGN_BIT(ANGLE) : 0u;
     watch->wrong = !wrong ? 0u : excused ? watch->wrong : watch->wrong + 1u;

@@ -69,9 +69,9 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 
 #define LINK_IS_HIDDEN "the sensor of the link does not show its voltage", CAMPAIGN_ALWAYS
 #define BIT_FLIPPED                                                                                          \
-    CAMPAIGN_BIT(OFF) | CAMPAIGN_BIT(STOP) | CAMPAIGN_BIT(TRIP_SPEED) | CAMPAIGN_BIT(TRIP_LINK) |            \
-        CAMPAIGN_BIT(PERSIST) | CAMPAIGN_BIT(NOTICE),                                                        \
-        "a flipped bit may change a limit, a request or a state", CAMPAIGN_STAYS
+    CAMPAIGN_BIT(NUMBER) | CAMPAIGN_BIT(OFF) | CAMPAIGN_BIT(STOP) | CAMPAIGN_BIT(TRIP_SPEED) |               \
+        CAMPAIGN_BIT(TRIP_LINK) | CAMPAIGN_BIT(PERSIST) | CAMPAIGN_BIT(NOTICE),                              \
+        "a flipped bit may change a limit, a request, a state or a factor", CAMPAIGN_STAYS
 
 /* Every row of plant and rig that a fault can change. */
 const campaign_fault_t campaign_faults[] = {

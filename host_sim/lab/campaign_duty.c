@@ -27,6 +27,7 @@
 #define LEAST_ROOM      0.15 /* [-] of rated torque, that is available for acceleration */
 #define START_SECONDS   1.8  /* [s] that a start without encoder may take */
 #define ENCODER_SECONDS 0.4  /* [s] the same with the encoder */
+#define STOPS_HANDOVER  2.0  /* [-] a quarter of the energy that half of a cycle of the load takes */
 #define STOP_SECONDS    0.5  /* [s] that a quick stop may take in addition to the braking time */
 #define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
 #define LINK_NOISE      4.0  /* [-] accepted number of standard deviations of the link's noise */
@@ -93,6 +94,8 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .drag = drag_of(drawn),
         .creep = creep_of(drawn, watch->motor.torque),
         .uneven = uneven_of(drawn, watch->motor.torque),
+        .needs_encoder = !campaign_has_encoder(drawn) && uneven_of(drawn, watch->motor.torque) >
+                                                             STOPS_HANDOVER * campaign_handover_speed(drawn),
         .answer = fmin(ANSWERS / campaign_speed_loop(drawn), ANSWER_MOST),
         .winding = winding(drawn),
         .lag = LOOP_LAG / campaign_loop(drawn),
@@ -371,7 +374,8 @@ static void judge_reach(campaign_watch_t *watch, uint32_t period, const uint32_t
     const double wanted = fabs(campaign_number(rows, CAMPAIGN_AT_speed_request));
     const bool same = wishes_the_same(duty, rows);
     duty->brakes = same ? duty->brakes : brakes(watch, rows);
-    if (!same || wanted < duty->uneven || !is_expected(watch, rows, load)) {
+    const bool uneven = wanted < duty->uneven || duty->needs_encoder;
+    if (!same || uneven || !is_expected(watch, rows, load)) {
         duty->since = 0u;
         duty->error = 0.0;
         duty->due = due_of(watch, rows, load);

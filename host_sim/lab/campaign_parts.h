@@ -192,10 +192,12 @@ typedef struct {
     double stop_most;      /* [s] permitted duration of the quick stop; 0: it is not judged */
     double creep;          /* [rad/s] speed below which the plant's friction is smaller than dry friction */
     double uneven; /* [rad/s] speed below which a load that varies with the angle moves the shaft unevenly */
-    uint32_t wish[4]; /* slots of the last requests, and of the load */
-    double due;       /* [periods] time from the request to the arrival of the speed */
-    uint32_t since;   /* [periods] since the request has changed */
-    double error;     /* [rad/s] sum of the present window */
+    bool needs_encoder; /* without encoder: such a load stops the shaft at the speed of the hand-over, which
+                  needs a speed */
+    uint32_t wish[4];   /* slots of the last requests, and of the load */
+    double due;         /* [periods] time from the request to the arrival of the speed */
+    uint32_t since;     /* [periods] since the request has changed */
+    double error;       /* [rad/s] sum of the present window */
 } campaign_duty_t;
 
 /* campaign_reasons.c: the true events, with which the reason of a fault is compared. */

@@ -192,8 +192,7 @@ typedef struct {
     double stop_most;      /* [s] permitted duration of the quick stop; 0: it is not judged */
     double creep;          /* [rad/s] speed below which the plant's friction is smaller than dry friction */
     double uneven; /* [rad/s] speed below which a load that varies with the angle moves the shaft unevenly */
-    bool needs_encoder; /* without encoder: such a load stops the shaft at the speed of the hand-over, which
-                  needs a speed */
+    bool needs_encoder; /* such a load stops the shaft at the speed of the hand-over */
     uint32_t wish[4];   /* slots of the last requests, and of the load */
     double due;         /* [periods] time from the request to the arrival of the speed */
     uint32_t since;     /* [periods] since the request has changed */

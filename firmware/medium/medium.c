@@ -47,7 +47,7 @@ static bool is_confirmed(const medium_t *medium, const window_t *window, float o
     if (m->tracking == 0u) {
         return is_caught(medium, window);
     }
-    return m->now != (int32_t)MANOEUVRE_RELOCK && m->lock.projection >= CONFIRMED_LEAST * expected &&
+    return manoeuvres_knows(m) && m->lock.projection >= CONFIRMED_LEAST * expected &&
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 

@@ -149,6 +149,8 @@ void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn,
         .motor = campaign_motor(drawn),
         .trip = campaign_invariants[CAMPAIGN_I_CURRENT].limit * campaign_trip(drawn),
         .overspeed = campaign_overspeed(drawn),
+        .slow = campaign_fallback_speed(drawn),
+        .passage = campaign_passage_seconds(drawn),
         .ready = choice("state", "ready"),
         .enabled = choice("state", "operation_enabled"),
         .stops = choice("state", "quick_stop"),
@@ -312,6 +314,16 @@ static bool hides_angle(const campaign_watch_t *watch, uint32_t period, double s
     return false;
 }
 
+/* True if the drive may wait for the EMF of a shaft that is to pass zero speed, and has waited no longer than
+ * this takes: below fallback_speed no EMF shows the angle. A reference below this speed is not waited for. */
+static bool may_wait(const campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    const double time = watch->wrong * RIG_PERIOD_SECONDS;
+    return time <= watch->passage && fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) < watch->slow &&
+           fabs(campaign_number(rows, CAMPAIGN_AT_omega_m_ref)) >= watch->slow &&
+           !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period);
+}
+
 static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     const bool runs = rows[CAMPAIGN_AT_state] == watch->enabled && rows[CAMPAIGN_AT_manoeuvre] == watch->run;
@@ -320,7 +332,7 @@ static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t
     const bool excused = wrong && hides_angle(watch, period, shown_speed(watch, rows));
     watch->result->excused |= excused ? CAMPAIGN_BIT(ANGLE) : 0u;
     watch->wrong = !wrong ? 0u : excused ? watch->wrong : watch->wrong + 1u;
-    if (watch->wrong * RIG_PERIOD_SECONDS > CAMPAIGN_ANGLE_SECONDS) {
+    if (watch->wrong * RIG_PERIOD_SECONDS > CAMPAIGN_ANGLE_SECONDS && !may_wait(watch, period, rows)) {
         violated(watch, CAMPAIGN_I_ANGLE, period, watch->wrong, rig_row_by_name("theta_err")->id);
     }
 }

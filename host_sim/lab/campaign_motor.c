@@ -138,6 +138,20 @@ double campaign_handover_speed(const campaign_case_t *drawn)
     return fmin(1.15 * fmax(dead, drop) / (flux * motor.pole_pairs), 0.3 * beyond(&motor) * motor.speed);
 }
 
+double campaign_fallback_speed(const campaign_case_t *drawn)
+{
+    return 0.4 * campaign_handover_speed(drawn);
+}
+
+/* docs/theory.md, 23: 1.4 times the time of the passage with the configured J and psi_f, 20 ms to 0.1 s. */
+double campaign_passage_seconds(const campaign_case_t *drawn)
+{
+    const double torque = campaign_motor(drawn).torque * CAMPAIGN_VALUE(drawn, flux_configured);
+    const double inertia = campaign_inertia(drawn) * CAMPAIGN_VALUE(drawn, inertia_configured);
+    const double passing = 1.4 * 2.0 * campaign_fallback_speed(drawn) * inertia / torque;
+    return fmin(fmax(passing, 20e-3), 0.1);
+}
+
 double campaign_blind_speed(const campaign_case_t *drawn)
 {
     const double turns = CAMPAIGN_TURN / CAMPAIGN_ANGLE_SECONDS / campaign_motor(drawn).pole_pairs;

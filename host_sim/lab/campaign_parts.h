@@ -107,6 +107,11 @@ double campaign_handover_speed(const campaign_case_t *drawn);
  * speed. In addition a third of an electrical turn takes longer there. */
 double campaign_blind_speed(const campaign_case_t *drawn);
 
+/* [rad/s] mechanical: fallback_speed that the drive computes from that handover_speed; [s] time for which the
+ * drive waits for the EMF in a passage through zero speed. */
+double campaign_fallback_speed(const campaign_case_t *drawn);
+double campaign_passage_seconds(const campaign_case_t *drawn);
+
 /* true: control uses the encoder at this time [s]. */
 bool campaign_is_coded(const campaign_case_t *drawn, double time);
 
@@ -294,6 +299,8 @@ typedef struct {
     uint32_t over[3];     /* [periods] time for which the current of this phase has exceeded the limit */
     uint32_t over_off[3]; /* [periods] the same while all gates are off */
     uint32_t wrong;       /* [periods] time for which the angle has been wrong */
+    double slow;          /* [rad/s] fallback_speed of the drive */
+    double passage;       /* [s] time for which the drive waits for the EMF below this speed */
     uint32_t latched;     /* [periods] since the fault was latched */
     uint32_t gates;       /* gates that are on, one bit each */
     bool gates_seen;      /* a gate was on in this period */

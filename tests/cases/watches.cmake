@@ -1,5 +1,5 @@
 # Scenarios from reports about the watches of the motor and the reactions to them, each with related scenarios.
-grid_cases(relock bare_motor elastic_shaft false_alarms found stuck_near_zero open_switch encoder)
+grid_cases(relock slow_catch bare_motor elastic_shaft false_alarms found stuck_near_zero open_switch encoder)
 scenario_cases(offset_is_not_stuck)
 # A scenario for another board needs the program, which has all boards.
 add_test(NAME case_light_rotor_swings_in COMMAND lagless run ${CMAKE_CURRENT_SOURCE_DIR}/light_rotor_swings_in.toml --force

@@ -516,6 +516,37 @@ static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
     expect(CAMPAIGN_I_ANGLE, "after 50 ms with an encoder");
 }
 
+/* The drive of this run has a handover_speed of 108.04 rad/s, and 0.4 of it as fallback_speed. With the
+ * current limit it passes from one direction to the other in 0.15 s, more than it waits for. */
+static void test_the_drive_waits_for_the_emf_of_a_shaft_that_is_to_pass_zero(void)
+{
+    campaign_case_t drawn;
+    campaign_draw(29113004u, 9106u, 2.0, &drawn);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.4 * 108.04, campaign_fallback_speed(&drawn));
+    TEST_ASSERT_EQUAL_DOUBLE(0.1, campaign_passage_seconds(&drawn));
+    static const struct {
+        const char *what;
+        double shaft, reference; /* [-] of fallback_speed */
+        bool encoder;
+        double most; /* [s] longest time of a wrong angle */
+    } cases[] = {{"a shaft that a load stops at zero", 0.99, -1.01, false, 80e-3},
+                 {"a shaft that has an EMF", 1.01, -1.01, false, 50e-3},
+                 {"a reference at which the drive does not wait", 0.99, 0.99, false, 50e-3},
+                 {"an encoder", 0.99, -1.01, true, 50e-3}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("");
+        observed.quantities[CAMPAIGN_Q_encoder] = cases[n].encoder ? 1.0 : 0.0;
+        watch.passage = 80e-3;
+        put("theta_err", 1.0f);
+        put("true_omega_m", (float)(cases[n].shaft * watch.slow));
+        put("omega_m_ref", (float)(cases[n].reference * watch.slow));
+        pass(cases[n].most);
+        expect(HELD, cases[n].what);
+        pass(2.0 * PERIOD);
+        expect(CAMPAIGN_I_ANGLE, cases[n].what);
+    }
+}
+
 /* ---- many runs ---- */
 
 #define RUNS    24u

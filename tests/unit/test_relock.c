@@ -103,6 +103,57 @@ static void test_a_first_catch_reverses_at_once(void)
     TEST_ASSERT_EQUAL_UINT32(1u, m.reversing);
 }
 
+/* 11 rad/s are 44 rad/s electrical, below the hand-over speed. In this direction [1, -1]. */
+static void given_slow_catch(int way)
+{
+    make_heavy();
+    machine.friction = 0.0;
+    machine.theta = 0.3;
+    machine.omega_m = 11.0 * way;
+    wish.omega_m_ref = 60.0f * (float)way;
+    begin();
+    while (m.tracking == 0u) {
+        step();
+    }
+}
+
+/* The load may have turned a slow rotor round during the catch: four windows of 2 ms must agree before there
+ * is torque. */
+static void test_a_first_catch_below_the_handover_speed_is_proved_before_there_is_torque(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        given_slow_catch(way);
+        uint32_t took = 0;
+        for (; m.now == (int32_t)MANOEUVRE_CATCH && took < 1000u; took++) {
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, demand.current.q);
+            step();
+        }
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
+        TEST_ASSERT_TRUE(took >= PROOF_WINDOWS * m.proof.tuning.window * W);
+        steps(0.02);
+        TEST_ASSERT_TRUE(way * (double)demand.current.q > 1.0);
+    }
+}
+
+/* A loop at 200 rad/s beside this rotor: its EMF is a quarter of that of the loop. */
+static void test_a_slow_rotor_whose_first_lock_is_not_proved_is_caught_again(void)
+{
+    given_slow_catch(1);
+    machine.astray = 200.0;
+    const uint32_t from = period;
+    while (m.tracking != 0u && (period - from) * T < 0.05) {
+        step();
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_CATCH, m.now);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, m.tracking);
+    machine.astray = 0.0;
+    (void)steps_until(MANOEUVRE_RUN, 0.05);
+    TEST_ASSERT_EQUAL_UINT32(0u, m.losses.count);
+    TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 44.0, (double)estimate.omega_smooth);
+}
+
 static void test_a_rotor_that_was_lost_twice_is_reversed_in_the_forced_frame(void)
 {
     given_relocked(60.0);

@@ -94,6 +94,7 @@ void manoeuvres_begin(manoeuvres_t *m, float omega_m, setpoint_t *setpoint)
 {
     m->start_try = 0u;
     m->losses.count = 0u;
+    m->losses.relocks = 0u;
     m->losses.brief = 0u;
     m->failed = 0u;
     m->encoder_lost = 0u;

@@ -1,6 +1,6 @@
 /* The manoeuvre that is active, and the one that follows. Without an encoder:
  *
- *     off --> catch: turning --> run
+ *     off --> catch: turning --> run                                             a slow rotor is proved first
  *                    standing --> align --> ramp --> handover --> run          (the start)
  *                                       --> forced                 the reference is too slow to track
  *     run --> forced      the reference is below fallback_speed

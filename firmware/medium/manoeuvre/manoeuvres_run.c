@@ -19,14 +19,15 @@ static inline dq_t without_torque(const manoeuvres_t *m)
     return (dq_t){m->limits.current_caught, 0.0f};
 }
 
-/* The rotor turns, and the fast task has locked the loop to it. After a first catch run begins; a rotor
- * that was lost is proved first. */
+/* The rotor turns, and the fast task has locked the loop to it. After a first catch run begins, unless the
+ * rotor is slower than at a hand-over: its load may have turned it round during the catch. Such a rotor and
+ * one that was lost are proved first. */
 static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const float omega_e = input->estimate->omega_smooth;
     m->tracking = 1u;
     lock_reset(&m->lock, omega_e);
-    if (m->now == (int32_t)MANOEUVRE_RELOCK) {
+    if (m->now == (int32_t)MANOEUVRE_RELOCK || bounds_within(omega_e, m->limits.handover_speed)) {
         proof_enter(&m->proof);
         return;
     }
@@ -42,7 +43,7 @@ static void proved(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t 
 {
     const float omega_e = input->estimate->omega_smooth;
     const bool against = omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
-    const bool speed = input->wish.mode == RUN_SPEED;
+    const bool speed = input->wish.mode == RUN_SPEED && m->now == (int32_t)MANOEUVRE_RELOCK;
     if (speed && bounds_within(omega_e, m->limits.handover_speed)) {
         m->run.omega_m_ref = omega_e * m->limits.pole_pairs_inverse;
         manoeuvres_fall_back(m, input, setpoint);
@@ -69,7 +70,7 @@ static void prove_lock(manoeuvres_t *m, const manoeuvres_input_t *input, setpoin
         if (m->losses.relocks >= RELOCKS) {
             m->failed |= MANOEUVRE_LOST;
         }
-        manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, MANOEUVRE_CATCH_PERIODS, input->estimate->omega_smooth,
+        manoeuvres_enter_catch(m, (manoeuvre_t)m->now, MANOEUVRE_CATCH_PERIODS, input->estimate->omega_smooth,
                                setpoint);
         break;
     case PROOF_GOES_ON:
@@ -86,7 +87,7 @@ static inline bool has_begun(const manoeuvres_t *m, const manoeuvres_input_t *in
 
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
-    if (m->now == (int32_t)MANOEUVRE_RELOCK && m->tracking != 0u) {
+    if (m->tracking != 0u) {
         prove_lock(m, input, setpoint);
         return;
     }

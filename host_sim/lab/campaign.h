@@ -311,8 +311,9 @@ typedef struct {
     campaign_event_t events[CAMPAIGN_EVENTS_MAX]; /* in order of time */
     uint32_t event_count;
     campaign_injected_t faults[CAMPAIGN_FAULTS_MAX]; /* in order of time; kind 0: no fault */
-    bool unlearnt;  /* true: a run of a pair in which the drive learns nothing */
-    uint32_t noise; /* [-] number of the noise of the sensors; 0: the one of the run */
+    bool unlearnt;    /* true: a run of a pair in which the drive learns nothing */
+    bool true_values; /* true: the values that it would learn are configured without an error */
+    uint32_t noise;   /* [-] number of the noise of the sensors; 0: the one of the run */
 } campaign_case_t;
 
 typedef enum { CAMPAIGN_NOT_DONE, CAMPAIGN_HELD, CAMPAIGN_VIOLATED, CAMPAIGN_REFUSED } campaign_end_t;

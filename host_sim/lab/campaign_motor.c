@@ -59,7 +59,7 @@ bool campaign_is_salient(const campaign_case_t *drawn)
  * motors. */
 double campaign_inductance_configured(const campaign_case_t *drawn)
 {
-    const double configured = CAMPAIGN_VALUE(drawn, inductance_configured);
+    const double configured = drawn->true_values ? 1.0 : CAMPAIGN_VALUE(drawn, inductance_configured);
     return campaign_is_salient(drawn) ? 1.0 + SALIENT_ERROR * (configured - 1.0) : configured;
 }
 

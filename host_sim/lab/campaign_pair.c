@@ -31,26 +31,39 @@ bool campaign_is_paired(const campaign_case_t *drawn)
            drawn->run % PAIRED_EVERY == PAIRED_REST;
 }
 
+double campaign_lost_time(const campaign_case_t *drawn)
+{
+    return rig_initial_named("dead_time") - rig_initial_named("plant.turn_off_delay") +
+           CAMPAIGN_VALUE(drawn, turn_on_delay) * rig_initial_named("plant.turn_on_delay") +
+           CAMPAIGN_VALUE(drawn, leg_delay) / LEGS;
+}
+
+double campaign_lost_voltage(const campaign_case_t *drawn)
+{
+    return 0.5 * CAMPAIGN_VALUE(drawn, drops) *
+               (rig_initial_named("igbt_voltage") + rig_initial_named("diode_voltage")) +
+           CAMPAIGN_VALUE(drawn, leg_drop) / LEGS;
+}
+
+double campaign_series_resistance(const campaign_case_t *drawn)
+{
+    return campaign_motor(drawn).resistance * (1.0 + CAMPAIGN_VALUE(drawn, leg_resistance) / LEGS) +
+           0.5 * CAMPAIGN_VALUE(drawn, drops) *
+               (rig_initial_named("igbt_resistance") + rig_initial_named("diode_resistance"));
+}
+
 void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *drawn)
 {
     const campaign_motor_t motor = campaign_motor(drawn);
-    const double drops = CAMPAIGN_VALUE(drawn, drops);
-    const double delay = rig_initial_named("dead_time") - rig_initial_named("plant.turn_off_delay") +
-                         CAMPAIGN_VALUE(drawn, turn_on_delay) * rig_initial_named("plant.turn_on_delay") +
-                         CAMPAIGN_VALUE(drawn, leg_delay) / LEGS;
-    const double devices =
-        0.5 * drops * (rig_initial_named("igbt_resistance") + rig_initial_named("diode_resistance"));
     *angles = (campaign_angles_t){
         .blind = campaign_blind_speed(drawn),
         .rated = motor.speed,
         .shape = fabs(CAMPAIGN_VALUE(drawn, emf_5th) + CAMPAIGN_VALUE(drawn, emf_7th)) / sqrt(2.0),
         .shaped = SHAPED / motor.pole_pairs,
         .steady = true,
-        .lost_time = delay / RIG_PERIOD_SECONDS,
-        .drop = 0.5 * drops * (rig_initial_named("igbt_voltage") + rig_initial_named("diode_voltage")) +
-                CAMPAIGN_VALUE(drawn, leg_drop) / LEGS,
-        .truth = {0.0, motor.inductance_q,
-                  motor.resistance * (1.0 + CAMPAIGN_VALUE(drawn, leg_resistance) / LEGS) + devices},
+        .lost_time = campaign_lost_time(drawn) / RIG_PERIOD_SECONDS,
+        .drop = campaign_lost_voltage(drawn),
+        .truth = {0.0, motor.inductance_q, campaign_series_resistance(drawn)},
     };
 }
 
@@ -63,12 +76,12 @@ static void keep_learnt(campaign_angles_t *angles, const uint32_t *rows)
     angles->truth[0] = angles->lost_time * campaign_number(rows, CAMPAIGN_AT_true_u_dc) + angles->drop;
 }
 
-/* true: the learnt values differ from the configured ones, and are nearer to the true ones. They are not the
- * cause of a larger mean then: for small errors the mean of the angle error is a sum of one part for each
- * value, proportional to the error of this value. If each part decreases and the sum becomes larger, then the
- * errors of the configured values have compensated each other. The ripple is such a sum, too: an error of the
- * dead time may compensate the sixth harmonic that the fifth and seventh harmonics of the EMF make. */
-static bool is_truer(const campaign_angles_t *with, const campaign_angles_t *without)
+/* If the learnt values are nearer to the true ones, they are not the cause of a larger mean: for small errors
+ * the mean of the angle error is a sum of one part for each value, proportional to the error of this value.
+ * If each part decreases and the sum becomes larger, then the errors of the configured values have
+ * compensated each other. The ripple is such a sum, too: an error of the dead time may compensate the sixth
+ * harmonic that the fifth and seventh harmonics of the EMF make. */
+bool campaign_is_truer(const campaign_angles_t *with, const campaign_angles_t *without)
 {
     bool truer = false;
     for (uint32_t n = 0; n < (uint32_t)CAMPAIGN_LEARNT_COUNT; n++) {
@@ -169,7 +182,7 @@ bool campaign_compare_angles(const campaign_angles_t *with, const campaign_angle
     const bool larger = rms(learnt) > rms(configured) + limit;
     const double shape = without->speed <= without->shaped ? without->shape : 0.0;
     const bool rippled = ripple(learnt) > ripple(configured) + limit + shape;
-    const bool worse = larger && (rippled || !is_truer(with, without));
+    const bool worse = larger && (rippled || !campaign_is_truer(with, without));
     if (worse) {
         result->end = CAMPAIGN_VIOLATED;
         result->invariant = CAMPAIGN_I_LEARN;

@@ -275,6 +275,16 @@ void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *dra
 /* true: the run is done with learning and without. */
 bool campaign_is_paired(const campaign_case_t *drawn);
 
+/* What a leg loses: a time [s], and in addition a voltage [V]. */
+double campaign_lost_time(const campaign_case_t *drawn);
+double campaign_lost_voltage(const campaign_case_t *drawn);
+
+/* R of the winding and of all that is in series with it [ohm]. */
+double campaign_series_resistance(const campaign_case_t *drawn);
+
+/* true: the learnt values differ from the configured ones, and are nearer to the true ones. */
+bool campaign_is_truer(const campaign_angles_t *with, const campaign_angles_t *without);
+
 /* Enters a violation into the result if the angle error was larger with learning, and returns true then. */
 bool campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
                              campaign_result_t *result);

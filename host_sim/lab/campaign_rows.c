@@ -63,7 +63,9 @@ static void set_motor(campaign_settings_t *to, const campaign_case_t *drawn, con
     set(to, "plant.inertia", motor->inertia);
     set(to, "emf_5th", CAMPAIGN_VALUE(drawn, emf_5th));
     set(to, "emf_7th", CAMPAIGN_VALUE(drawn, emf_7th));
-    set(to, "motor_resistance", motor->resistance * CAMPAIGN_VALUE(drawn, resistance_configured));
+    set(to, "motor_resistance",
+        drawn->true_values ? campaign_series_resistance(drawn)
+                           : motor->resistance * CAMPAIGN_VALUE(drawn, resistance_configured));
     set(to, "motor_inductance_d", motor->inductance_d * campaign_inductance_configured(drawn));
     set(to, "motor_inductance_q", motor->inductance_q * campaign_inductance_configured(drawn));
     set(to, "motor_flux_linkage", motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_configured));
@@ -141,6 +143,20 @@ static void set_supply(campaign_settings_t *to, const campaign_case_t *drawn, co
     set(to, "chopper_driven", 1.0);
 }
 
+/* The configured delays and drops, of which the drive computes the voltage that a leg loses. */
+static void set_losses(campaign_settings_t *to, const campaign_case_t *drawn)
+{
+    if (drawn->true_values) {
+        set(to, "params.turn_off_delay",
+            rig_initial_named("dead_time") + rig_initial_named("params.turn_on_delay") -
+                campaign_lost_time(drawn));
+        set(to, "params.device_drop", campaign_lost_voltage(drawn));
+        return;
+    }
+    set_times(to, "params.turn_off_delay", CAMPAIGN_VALUE(drawn, dead_configured));
+    set_times(to, "params.device_drop", CAMPAIGN_VALUE(drawn, dead_configured));
+}
+
 static void set_power(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
 {
     static const char *const drops[] = {"igbt_voltage", "igbt_resistance", "diode_voltage",
@@ -162,8 +178,7 @@ static void set_power(campaign_settings_t *to, const campaign_case_t *drawn, con
     set(to, "leg_a_resistance", CAMPAIGN_VALUE(drawn, leg_resistance) * motor->resistance);
     set(to, "leg_b_drop", CAMPAIGN_VALUE(drawn, leg_drop));
     set(to, "leg_c_delay", CAMPAIGN_VALUE(drawn, leg_delay));
-    set_times(to, "params.turn_off_delay", CAMPAIGN_VALUE(drawn, dead_configured));
-    set_times(to, "params.device_drop", CAMPAIGN_VALUE(drawn, dead_configured));
+    set_losses(to, drawn);
 }
 
 static void set_sensors(campaign_settings_t *to, const campaign_case_t *drawn)

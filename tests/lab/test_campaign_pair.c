@@ -203,6 +203,42 @@ static void test_the_other_run_of_a_pair_learns_nothing(void)
     }
 }
 
+static double initial(const scenario_t *scenario, const char *row)
+{
+    return scenario_initial(scenario, rig_row_by_name(row));
+}
+
+/* Each leg has a third of what only one leg has. R contains the devices, one of which conducts in each leg.
+ */
+static void test_a_run_with_true_values_has_those_of_its_plant(void)
+{
+    for (uint32_t run = 0; run < 8u; run++) {
+        char text[CAMPAIGN_TEXT_SIZE];
+        campaign_case_t drawn;
+        scenario_error_t error;
+        campaign_draw(15u, run, 2.0, &drawn);
+        drawn.true_values = true;
+        const size_t octets = campaign_text(&drawn, NULL, text, sizeof text);
+        scenario_t *of = scenario_read_text("drawn", text, octets, &error);
+        TEST_ASSERT_NOT_NULL(of);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12,
+                                  initial(of, "plant.turn_on_delay") - initial(of, "plant.turn_off_delay") +
+                                      initial(of, "leg_c_delay") / 3.0,
+                                  initial(of, "params.turn_on_delay") - initial(of, "params.turn_off_delay"));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6,
+                                  0.5 * (initial(of, "igbt_voltage") + initial(of, "diode_voltage")) +
+                                      initial(of, "leg_b_drop") / 3.0,
+                                  initial(of, "device_drop"));
+        const double devices = 0.5 * (initial(of, "igbt_resistance") + initial(of, "diode_resistance"));
+        const double resistance =
+            initial(of, "plant.resistance") + devices + initial(of, "leg_a_resistance") / 3.0;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * resistance, resistance, initial(of, "motor_resistance"));
+        TEST_ASSERT_EQUAL_DOUBLE(initial(of, "plant.inductance_d"), initial(of, "motor_inductance_d"));
+        TEST_ASSERT_EQUAL_DOUBLE(initial(of, "plant.inductance_q"), initial(of, "motor_inductance_q"));
+        scenario_free(of);
+    }
+}
+
 /* The texts of two noises differ in nothing but the seed. */
 static void test_another_noise_changes_the_seed_only(void)
 {

@@ -12,7 +12,7 @@ set_tests_properties(cli_own_motor PROPERTIES COST 20)
 # (tests/board makes their libraries).
 if(NOT LAGLESS_SANITIZE AND LAGLESS_BOARD STREQUAL "pm50rl1a060")
     find_package(Threads REQUIRED)
-    lagless_add_board(esc48 tests/cases/esc48.h)
+    lagless_add_board(esc48 tests/cases/esc48.h -O1)
     foreach(board desk48 esc48 20000)
         if(NOT TARGET lagless_lab_${board})
             lagless_add_lab(lagless_lab_${board} lagless_rig_${board})

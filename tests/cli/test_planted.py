@@ -2,7 +2,7 @@
 
 usage: test_planted.py LAGLESS PLANTED FOLDER
 
-The planted program must violate an invariant within 120 runs of one seed, 60 runs of another, or 200 of a third. The minimised scenario
+The planted program must violate an invariant within 60 runs of one seed, or 120, 60 or 200 of three others. The minimised scenario
 that the campaign writes must fail with the planted program and pass with the right one, which shows that it depends on that sign alone.
 The runs are made in twelfths until such a scenario exists, because minimising the other violations takes most of the time."""
 
@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tomllib
 
-CAMPAIGNS = (("120", "4"), ("60", "5"), ("200", "2"))  # runs, seed
+CAMPAIGNS = (("60", "7"), ("120", "4"), ("60", "5"), ("200", "2"))  # runs, seed
 EVENTS_MOST = 3  # turning on, a requested speed, and one more event
 ROWS_MOST = 40   # settings of a minimised scenario
 SHARDS = 12

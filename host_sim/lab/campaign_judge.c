@@ -100,6 +100,22 @@ static bool saturates_below_trip(const campaign_motor_t *motor)
     return motor->saturation != 0.0 && motor->saturation < motor->trip;
 }
 
+/* [V] Length of the voltage vector that the fault of one leg takes at rated current: 2/3 of the leg's loss.
+ */
+static double leg_loss(const campaign_case_t *drawn, const campaign_motor_t *motor,
+                       const campaign_injected_t *injected)
+{
+    const char *const row = campaign_faults[injected->kind].row;
+    if (strncmp(row, "leg_", 4) != 0) {
+        return 0.0;
+    }
+    const double per = strstr(row, "_resistance") != NULL ? motor->current
+                       : strstr(row, "_delay") != NULL
+                           ? CAMPAIGN_VALUE(drawn, dc_voltage) / RIG_PERIOD_SECONDS
+                           : 1.0;
+    return 2.0 / 3.0 * fabs(injected->value) * per;
+}
+
 static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign_motor_t *motor,
                                     const campaign_injected_t *injected)
 {
@@ -108,12 +124,15 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
     const bool while_slow = (fault->excuse & CAMPAIGN_WHILE_SLOW) != 0u;
     const bool uncoded = (fault->excuse & CAMPAIGN_UNCODED) != 0u;
     const bool limited = until_told || (fault->excuse & CAMPAIGN_TO_CEILING) != 0u;
+    const double lost = leg_loss(drawn, motor, injected);
     return (campaign_excused_t){
         .bits = while_slow || uncoded ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
         .begins = campaign_periods(injected->time),
         .ends = ends(injected, fault),
         .ceiling = limited && !saturates_below_trip(motor) ? PROMISED_CURRENT : (double)INFINITY,
-        .blind = while_slow ? campaign_blind_speed(drawn) : 0.0,
+        .blind = while_slow
+                     ? fmax(campaign_blind_speed(drawn), lost / (motor->flux_linkage * motor->pole_pairs))
+                     : 0.0,
         .uncoded = uncoded,
         .told = until_told ? campaign_periods(injected->time + PROMISED_NOTICE) : UINT32_MAX,
         .turned = until_told ? 0.0 : CAMPAIGN_TURN,

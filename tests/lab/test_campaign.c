@@ -380,6 +380,36 @@ static void test_what_only_the_emf_shows_excuses_the_angle_of_a_slow_rotor(void)
     }
 }
 
+/* A leg that loses U takes 2/3 U from the voltage vector. An EMF of this length may be hidden: that of a
+ * speed of 2/3 U/(psi_f p). A resistance loses R I at rated current, a delay its share of the period. */
+static void test_a_leg_that_loses_more_hides_the_emf_of_a_faster_rotor(void)
+{
+    static const struct {
+        const char *fault;
+        double value;
+        double volts_per_current, volts_per_link; /* [1] or [ohm], of I or 1; [1] of u_dc */
+    } cases[] = {{"leg_drop_a", 45.0, 0.0, 0.0},
+                 {"leg_resistance_b", 8.0, 8.0, 0.0},
+                 {"leg_delay_c", 12e-6, 0.0, 12e-6 / PERIOD},
+                 {"leg_drop_a", 3.0, 0.0, 0.0}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("");
+        for (uint32_t q = 0; q < CAMPAIGN_QUANTITY_COUNT; q++) {
+            observed.quantities[q] = campaign_quantities[q].initial;
+        }
+        observed.quantities[CAMPAIGN_Q_dc_voltage] = 311.0;
+        inject(cases[n].fault, cases[n].value, 0.0);
+        const campaign_motor_t *motor = &watch.motor;
+        const double current = cases[n].volts_per_current * motor->current;
+        const double link = cases[n].volts_per_link * 311.0;
+        const double lost = current + link > 0.0 ? current + link : cases[n].value;
+        const double hidden = 2.0 / 3.0 * lost / (motor->flux_linkage * motor->pole_pairs);
+        const double blind = campaign_blind_speed(&observed);
+        TEST_ASSERT_TRUE((n < 3u) == (hidden > blind));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, n < 3u ? hidden : blind, watch.excused[0].blind);
+    }
+}
+
 /* A slow rotor has an angle error of `share` of its limit for longer than allowed, with this current in
  * phase a [A]; half of it returns through each of the other phases. */
 static void turn_wrongly(double share, double current)

@@ -122,10 +122,9 @@ typedef struct {
     float beside;   /* another sensor's value then [A] */
     float fed;      /* sum of p without the EMF, beyond its uncertainty, while nearly no current flows [A] */
     int32_t absent; /* [periods] with a requested current, and without a measured one; sign of the request */
-    int32_t first;  /* [periods] of the first window since a current flowed, not yet in `absent` */
-    uint32_t missing; /* [-] 1: since a current flowed a requested one has been missing */
-    uint32_t still;   /* [periods] for which it has not changed */
-    uint32_t sure;    /* [periods] for which it must not change */
+    int32_t first;  /* [periods] of the first window since a current flowed, not yet in `absent`; -1: it is */
+    uint32_t still; /* [periods] for which it has not changed */
+    uint32_t sure;  /* [periods] for which it must not change */
 } current_watch_phase_t;
 
 /* A ratio of m to p, while consecutive windows agree about its side. */
@@ -139,11 +138,12 @@ typedef struct {
 typedef struct {
     current_watch_tuning_t tuning;
     uint32_t suspected; /* [-] bits of the phases whose value is constant in a window or since a jump */
-    uint32_t other;     /* [-] bits: since `absent` counts, a current of the other sign has flowed */
-    uint32_t biased;    /* [-] bits of these with a known `bias` */
-    ab_t current;       /* at the last window's end [A] */
-    float emf;          /* uncertain part of the EMF in the last window [A] */
-    float asked;        /* square of the requested current at the last window's end [A^2] */
+    uint32_t other;   /* [-] bits: since `absent` counts, a current of the other sign has flowed, 1 .. 4; one
+                         that is certainly not the noise of a wire, 8 .. 32 */
+    uint32_t biased;  /* [-] bits of these with a known `bias` */
+    ab_t current;     /* at the last window's end [A] */
+    float emf;        /* uncertain part of the EMF in the last window [A] */
+    float asked;      /* square of the requested current at the last window's end [A^2] */
     uint32_t steered; /* [-] bits: the requested length changed in this window, 1; one or two before, 2, 4 */
     uint32_t windows; /* [windows] since the watch began */
     uint32_t unknown; /* [windows] number of the last window whose values cannot be used */

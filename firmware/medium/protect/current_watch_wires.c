@@ -11,9 +11,13 @@
 #define SHORT_SHARE     0.5f  /* [-] of its share of a short current: least current of a sound phase */
 #define FED_SHARE       0.1f  /* [-] of its limit: above this only this law is used */
 /* The same where a forced frame takes the rotor along, which then does not turn by 80 degrees. */
-#define FORCED_SHARE 0.5f /* [-] */
-#define ALL_SIGNS    2.0f /* [-] of the dead time's voltage, if all three signs are uncertain */
-#define NEVER_STILL  6u   /* [periods] after which noise has changed every value */
+#define FORCED_SHARE 0.5f        /* [-] */
+#define ALL_SIGNS    2.0f        /* [-] of the dead time's voltage, if all three signs are uncertain */
+#define NEVER_STILL  6u          /* [periods] after which noise has changed every value */
+#define MARKED       1           /* [periods] of a time that has only begun */
+#define TAKEN        (-1)        /* `first` has been added to `absent` */
+#define ONE_WAY      UINT32_C(8) /* bits of `other` above those of the three phases: more than `carries` */
+#define BOTH         UINT32_C(9) /* both bits of a phase */
 
 /* True if a value has not changed for longer than noise permits. */
 static inline bool is_still(const current_watch_t *watch, uint32_t n)
@@ -61,8 +65,17 @@ static void end_absence(current_watch_t *watch, uint32_t n, float value)
     current_watch_phase_t *phase = &watch->phase[n];
     const bool missing = value < 0.0f ? phase->absent < 0 : phase->absent > 0;
     phase->absent = missing ? 0 : phase->absent;
-    phase->missing = 0u;
-    watch->other |= UINT32_C(1) << n;
+    phase->first = 0;
+    watch->other |= (bounds_within(value, watch->tuning.carries) ? UINT32_C(1) : BOTH) << n;
+}
+
+/* True if the current that is missing in the phase has the sign of this request, and the phase has carried a
+ * current of the other sign since it was first missing. The control drives currents then, and a switch that
+ * does not conduct is the only cause of a current with one sign. */
+static bool is_one_way(const current_watch_t *watch, uint32_t n, float asked)
+{
+    const int32_t absent = watch->phase[n].absent;
+    return (watch->other & ONE_WAY << n) != 0u && (asked < 0.0f ? absent < 0 : absent > 0);
 }
 
 /* The time [periods] that counts with this window, whose requested current is missing for `periods`. The
@@ -72,14 +85,9 @@ static void end_absence(current_watch_t *watch, uint32_t n, float value)
  * current. */
 static int32_t counted(current_watch_phase_t *phase, int32_t periods)
 {
-    if (phase->missing == 0u) {
-        phase->missing = 1u;
-        phase->first = periods;
-        return 0;
-    }
     const int32_t first = phase->first;
-    phase->first = 0;
-    return first + periods;
+    phase->first = first == 0 ? periods : TAKEN;
+    return first > 0 ? first + periods : first < 0 ? periods : 0;
 }
 
 /* True if a phase has been without current for long enough. The time counts while the current control does
@@ -100,32 +108,37 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
     const bool others = window->largest > tuning->carries;
-    const float held = others ? window->dead : window->dead + window->any;
-    const bool judged = (others || !input->limited) && !bounds_within(window->moved[n], held);
+    const bool driven = (others || !input->limited) && !bounds_within(window->moved[n], window->dead);
+    const bool judged = driven && (others || is_one_way(watch, n, asked[n]) ||
+                                   !bounds_within(window->moved[n], window->dead + window->any));
     const float least = window->periods * (tuning->carries + APART_SHARE * window->largest);
-    const bool much = judged && !bounds_within(asked[n], least);
+    const bool much = driven && !bounds_within(asked[n], least);
     const float value = window->value[n];
-    const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked[n]) : 0.0f;
+    const float half =
+        input->contradicted && judged && much ? LITTLE_SHARE * bounds_magnitude(asked[n]) : 0.0f;
     if (!bounds_within(value, tuning->none) && !bounds_within(value * window->periods, half)) {
         end_absence(watch, n, value);
         return false;
     }
     int32_t absent = phase->absent < 0 ? -phase->absent : phase->absent;
-    if (judged && !is_still(watch, n) && (much || (others && deviates(asked, window, least))) &&
+    if (driven && !is_still(watch, n) && (much || (others && deviates(asked, window, least))) &&
         (input->contradicted || !shares(watch, asked, window, n))) {
-        const bool slow = input->limited && input->u_dc < tuning->slow_link;
-        const int32_t periods = slow ? (int32_t)window->periods / SLOW_TIMES : (int32_t)window->periods;
         const bool negative = asked[n] < 0.0f;
-        const uint32_t bit = UINT32_C(1) << n;
         const bool before = phase->absent < 0;
-        if ((watch->other & bit) != 0u && negative != before) {
+        if (judged && (watch->other >> n & 1u) != 0u && negative != before) {
             absent = 0;
         }
         if (absent == 0) {
-            watch->other &= ~bit;
+            watch->other &= ~(BOTH << n);
+            absent = MARKED;
+            phase->absent = negative ? -MARKED : MARKED;
         }
-        absent += counted(phase, much ? periods : periods / 2);
-        phase->absent = negative ? -absent : absent;
+        if (judged) {
+            const bool slow = input->limited && input->u_dc < tuning->slow_link;
+            const int32_t periods = slow ? (int32_t)window->periods / SLOW_TIMES : (int32_t)window->periods;
+            absent += counted(phase, much ? periods : periods / 2);
+            phase->absent = negative ? -absent : absent;
+        }
     }
     return absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
 }
@@ -164,7 +177,7 @@ static uint32_t without_current(current_watch_t *watch, const current_watch_inpu
         }
         current_watch_phase_t *phase = &watch->phase[n];
         phase->fed = 0.0f;
-        phase->missing = 0u;
+        phase->first = 0;
         if (phase->absent != 0) {
             end_absence(watch, n, window->value[n]);
         }

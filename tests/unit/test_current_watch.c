@@ -3,6 +3,8 @@
  * coefficients. */
 #include "medium/protect/current_watch.h"
 
+#include "math/trig.h"
+
 #include "tests/unit/compare.h"
 
 #define PERIOD     1e-4
@@ -548,6 +550,38 @@ static void test_a_switch_that_does_not_conduct_is_a_loss_although_the_other_sig
             TEST_ASSERT_EQUAL_UINT32(closed != 0 ? 0u : CURRENT_WATCH_LOSS, seen);
             TEST_ASSERT_TRUE(closed != 0 || (periods > 48u && periods <= 80u));
         }
+    }
+}
+
+/* As before, but no phase carries a current while that of a is missing, and the 20 V are less than the 11.2 V
+ * of the dead time and 1.3 times the EMF of 0.183 Wb times 300 rad/s, 71.4 V. The EMF is across the axis of a
+ * in the middle of the window. The first turn of 40 periods shows the missing current, the second one counts
+ * 24 periods, and the third one the rest. Nothing is reported if less than 0.4 A, 2 % of the range, flow in
+ * the other direction, or no voltage drives the missing current, or in each turn a current of either sign
+ * flows. */
+static void test_a_switch_that_does_not_conduct_is_a_loss_although_the_emf_is_larger_than_the_voltage(void)
+{
+    static const struct {
+        float voltage, flows, closed; /* [V], [A], [A] */
+        bool lost;
+    } cases[] = {{20.0f, 2.0f, 0.0f, true},   {20.0f, 0.3f, 0.0f, false}, {20.0f, 0.0f, 0.0f, false},
+                 {-20.0f, 2.0f, 0.0f, false}, {10.0f, 2.0f, 0.0f, false}, {20.0f, 2.0f, 0.3f, false}};
+    for (size_t n = 0; n < 2u * sizeof cases / sizeof cases[0]; n++) {
+        const float sign = n % 2u == 0u ? 1.0f : -1.0f;
+        const float volts = sign * cases[n / 2u].voltage;
+        const float closed = sign * cases[n / 2u].closed;
+        const float flows = -sign * cases[n / 2u].flows;
+        setUp();
+        omega_e = 300.0f;
+        doubt = 90.0f;
+        rotor = trig_rotation(0.5f * (float)WINDOW * (float)PERIOD * omega_e);
+        for (uint32_t turn = 0; turn < 10u; turn++) {
+            feed(16u, volts, 0.0f, 0.0f, (ab_t){0.6f * sign, 0.0f});
+            feed(WINDOW, volts, closed, -0.5f * closed, (ab_t){0.6f * sign, 0.0f});
+            feed(16u, 0.0f, flows, -0.5f * flows, (ab_t){flows, 0.0f});
+        }
+        TEST_ASSERT_EQUAL_UINT32(cases[n / 2u].lost ? CURRENT_WATCH_LOSS : 0u, seen);
+        TEST_ASSERT_TRUE(!cases[n / 2u].lost || (periods > 80u && periods <= 104u));
     }
 }
 

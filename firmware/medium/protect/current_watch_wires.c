@@ -69,13 +69,14 @@ static void end_absence(current_watch_t *watch, uint32_t n, float value)
     watch->other |= (bounds_within(value, watch->tuning.carries) ? UINT32_C(1) : BOTH) << n;
 }
 
-/* True if the current that is missing in the phase has the sign of this request, and the phase has carried a
- * current of the other sign since it was first missing. The control drives currents then, and a switch that
- * does not conduct is the only cause of a current with one sign. */
-static bool is_one_way(const current_watch_t *watch, uint32_t n, float asked)
+/* True if the current that is missing in the phase has the sign of this request, the voltage has it as well,
+ * and the phase has carried a current of the other sign since the current was first missing. A control that
+ * balances a wrong EMF drives a current in no direction, but a leg with an open switch conducts in one. */
+static bool is_one_way(const current_watch_t *watch, uint32_t n, float asked, float moved)
 {
     const int32_t absent = watch->phase[n].absent;
-    return (watch->other & ONE_WAY << n) != 0u && (asked < 0.0f ? absent < 0 : absent > 0);
+    const bool same = asked < 0.0f ? absent < 0 && moved < 0.0f : absent > 0 && moved > 0.0f;
+    return same && (watch->other & ONE_WAY << n) != 0u;
 }
 
 /* The time [periods] that counts with this window, whose requested current is missing for `periods`. The
@@ -94,14 +95,15 @@ static int32_t counted(current_watch_phase_t *phase, int32_t periods)
  * not reach the requested current, either in this phase or in the others, whose currents an open wire makes
  * dependent, and while the voltage exceeds that of the dead time, so that a current must flow. If no other
  * phase carries current, because the request is along the axis of this phase, the voltage must also exceed
- * the uncertain EMF: the current control may balance an EMF while no phase carries a small request. `asked`:
- * requested currents, in all of the window's periods [A]. A deviation of only the others counts while they
- * carry a current, and half, because a frame with a wrong angle causes one as well. If the EMF contradicts, a
- * diode may carry the current in place of a switch: half of the requested current then counts as no current.
- * If the EMF contradicts along no phase's axis, the encoder is probably wrong, and the dead time, compensated
- * with a wrong angle, may hold a phase at zero for some milliseconds: the time is longer then. It is longer,
- * too, at the limit of a low link voltage, where a current may lag for some milliseconds more than the
- * control does. */
+ * the uncertain EMF: the current control may balance an EMF while no phase carries a small request. Without
+ * that voltage the time only begins, until a current of the other sign shows that an open switch is the
+ * cause. `asked`: requested currents, in all of the window's periods [A]. A deviation of only the others
+ * counts while they carry a current, and half, because a frame with a wrong angle causes one as well. If the
+ * EMF contradicts, a diode may carry the current in place of a switch: half of the requested current then
+ * counts as no current. If the EMF contradicts along no phase's axis, the encoder is probably wrong, and the
+ * dead time, compensated with a wrong angle, may hold a phase at zero for some milliseconds: the time is
+ * longer then. It is longer, too, at the limit of a low link voltage, where a current may lag for some
+ * milliseconds more than the control does. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
                       const current_watch_window_t *window, const float asked[3])
 {
@@ -109,7 +111,7 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     current_watch_phase_t *phase = &watch->phase[n];
     const bool others = window->largest > tuning->carries;
     const bool driven = (others || !input->limited) && !bounds_within(window->moved[n], window->dead);
-    const bool judged = driven && (others || is_one_way(watch, n, asked[n]) ||
+    const bool judged = driven && (others || is_one_way(watch, n, asked[n], window->moved[n]) ||
                                    !bounds_within(window->moved[n], window->dead + window->any));
     const float least = window->periods * (tuning->carries + APART_SHARE * window->largest);
     const bool much = driven && !bounds_within(asked[n], least);

@@ -21,6 +21,7 @@
  *     loss    a phase for which a current is requested in two windows in succession, on their mean, with
  *             more voltage than the dead time may take, has nearly no current of this sign for some time;
  *             if no other phase carries current, with more voltage than the dead time and the uncertain EMF;
+ *             the dead time is enough for a phase that has carried a current of the other sign only;
  *             or for twice the time, while the current of any phase deviates from the requested one;
  *             or its voltage exceeds the effect of any rotor's flux
  *     sum     three sensors whose currents do not add up to zero
@@ -138,8 +139,8 @@ typedef struct {
 typedef struct {
     current_watch_tuning_t tuning;
     uint32_t suspected; /* [-] bits of the phases whose value is constant in a window or since a jump */
-    uint32_t other;   /* [-] bits: since `absent` counts, a current of the other sign has flowed, 1 .. 4; one
-                         that is certainly not the noise of a wire, 8 .. 32 */
+    uint32_t other;   /* [-] bits: since `absent` counts, a current of the other sign has flowed, 1 .. 4, and
+                         one of more than `carries`, 8 .. 32 */
     uint32_t biased;  /* [-] bits of these with a known `bias` */
     ab_t current;     /* at the last window's end [A] */
     float emf;        /* uncertain part of the EMF in the last window [A] */

@@ -87,8 +87,12 @@ static bool is_one_way(const current_watch_t *watch, uint32_t n, float asked, fl
 static int32_t counted(current_watch_phase_t *phase, int32_t periods)
 {
     const int32_t first = phase->first;
-    phase->first = first == 0 ? periods : TAKEN;
-    return first > 0 ? first + periods : first < 0 ? periods : 0;
+    if (first == 0) {
+        phase->first = periods;
+        return 0;
+    }
+    phase->first = TAKEN;
+    return first == TAKEN ? periods : first + periods;
 }
 
 /* True if a phase has been without current for long enough. The time counts while the current control does

@@ -137,7 +137,7 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
         if (absent == 0) {
             watch->other &= ~(BOTH << n);
             absent = MARKED;
-            phase->absent = negative ? -MARKED : MARKED;
+            phase->absent = negative ? -absent : absent;
         }
         if (judged) {
             const bool slow = input->limited && input->u_dc < tuning->slow_link;

@@ -139,12 +139,12 @@ typedef struct {
 typedef struct {
     current_watch_tuning_t tuning;
     uint32_t suspected; /* [-] bits of the phases whose value is constant in a window or since a jump */
-    uint32_t other;   /* [-] bits: since `absent` counts, a current of the other sign has flowed, 1 .. 4, and
-                         one of more than `carries`, 8 .. 32 */
-    uint32_t biased;  /* [-] bits of these with a known `bias` */
-    ab_t current;     /* at the last window's end [A] */
-    float emf;        /* uncertain part of the EMF in the last window [A] */
-    float asked;      /* square of the requested current at the last window's end [A^2] */
+    uint32_t other;     /* [-] bits of the three phases: currents of the other sign since `absent` counts
+                           (current_watch_wires.c) */
+    uint32_t biased;    /* [-] bits of these with a known `bias` */
+    ab_t current;       /* at the last window's end [A] */
+    float emf;          /* uncertain part of the EMF in the last window [A] */
+    float asked;        /* square of the requested current at the last window's end [A^2] */
     uint32_t steered; /* [-] bits: the requested length changed in this window, 1; one or two before, 2, 4 */
     uint32_t windows; /* [windows] since the watch began */
     uint32_t unknown; /* [windows] number of the last window whose values cannot be used */

@@ -11,13 +11,18 @@
 #define SHORT_SHARE     0.5f  /* [-] of its share of a short current: least current of a sound phase */
 #define FED_SHARE       0.1f  /* [-] of its limit: above this only this law is used */
 /* The same where a forced frame takes the rotor along, which then does not turn by 80 degrees. */
-#define FORCED_SHARE 0.5f        /* [-] */
-#define ALL_SIGNS    2.0f        /* [-] of the dead time's voltage, if all three signs are uncertain */
-#define NEVER_STILL  6u          /* [periods] after which noise has changed every value */
-#define MARKED       1           /* [periods] of a time that has only begun */
-#define TAKEN        (-1)        /* `first` has been added to `absent` */
-#define ONE_WAY      UINT32_C(8) /* bits of `other` above those of the three phases: more than `carries` */
-#define BOTH         UINT32_C(9) /* both bits of a phase */
+#define FORCED_SHARE 0.5f /* [-] */
+#define ALL_SIGNS    2.0f /* [-] of the dead time's voltage, if all three signs are uncertain */
+#define NEVER_STILL  6u   /* [periods] after which noise has changed every value */
+#define MARKED       1    /* [periods] of a time that has only begun */
+#define TAKEN        (-1) /* `first` has been added to `absent` */
+/* Bits of `other` for phase 0, those of the other phases are above them: since the current is missing, one of
+ * the other sign has flowed; one of more than `carries`; then it was missing again; and has flowed again. */
+#define FLOWED  UINT32_C(1)
+#define CARRIED UINT32_C(8)
+#define MISSED  UINT32_C(64)
+#define TWICE   UINT32_C(512)
+#define ALL     (FLOWED | CARRIED | MISSED | TWICE)
 
 /* True if a value has not changed for longer than noise permits. */
 static inline bool is_still(const current_watch_t *watch, uint32_t n)
@@ -66,17 +71,20 @@ static void end_absence(current_watch_t *watch, uint32_t n, float value)
     const bool missing = value < 0.0f ? phase->absent < 0 : phase->absent > 0;
     phase->absent = missing ? 0 : phase->absent;
     phase->first = 0;
-    watch->other |= (bounds_within(value, watch->tuning.carries) ? UINT32_C(1) : BOTH) << n;
+    const bool carries = !bounds_within(value, watch->tuning.carries);
+    const bool again = (watch->other & MISSED << n) != 0u;
+    watch->other |= (carries ? FLOWED | CARRIED | (again ? TWICE : 0u) : FLOWED) << n;
 }
 
 /* True if the current that is missing in the phase has the sign of this request, the voltage has it as well,
- * and the phase has carried a current of the other sign since the current was first missing. A control that
- * balances a wrong EMF drives a current in no direction, but a leg with an open switch conducts in one. */
+ * and the phase has carried a current of the other sign in two half turns between which it was missing. A
+ * control that balances a wrong EMF drives a current in no direction, but a leg with an open switch conducts
+ * in one. A rotor that reverses may have had a current of one sign before, once. */
 static bool is_one_way(const current_watch_t *watch, uint32_t n, float asked, float moved)
 {
     const int32_t absent = watch->phase[n].absent;
     const bool same = asked < 0.0f ? absent < 0 && moved < 0.0f : absent > 0 && moved > 0.0f;
-    return same && (watch->other & ONE_WAY << n) != 0u;
+    return same && (watch->other & TWICE << n) != 0u;
 }
 
 /* The time [periods] that counts with this window, whose requested current is missing for `periods`. The
@@ -131,11 +139,14 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
         (input->contradicted || !shares(watch, asked, window, n))) {
         const bool negative = asked[n] < 0.0f;
         const bool before = phase->absent < 0;
-        if (judged && (watch->other >> n & 1u) != 0u && negative != before) {
+        if (judged && (watch->other & FLOWED << n) != 0u && negative != before) {
             absent = 0;
         }
+        if ((watch->other & CARRIED << n) != 0u && negative == before) {
+            watch->other |= MISSED << n;
+        }
         if (absent == 0) {
-            watch->other &= ~(BOTH << n);
+            watch->other &= ~(ALL << n);
             absent = MARKED;
             phase->absent = negative ? -absent : absent;
         }

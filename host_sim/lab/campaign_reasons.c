@@ -274,12 +274,12 @@ static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32
 static bool scales_voltages(const campaign_watch_t *watch, uint32_t period, double link)
 {
     const campaign_motor_t *motor = &watch->motor;
-    const double error = hypot(1.0, motor->inductance_q * motor->current / motor->flux_linkage);
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         const campaign_injected_t *injected = &watch->drawn->faults[n];
         if (strcmp(campaign_faults[injected->kind].row, "stuck_dc_link") == 0 &&
             campaign_is_there(watch, n, period)) {
             const double shown = injected->value / CAMPAIGN_CODES * (double)BOARD_DC_AT_3V;
+            const double error = hypot(1.0, motor->inductance_q * motor->current / motor->flux_linkage);
             return (link - shown) * error > (1.0 - LINK_LEFT) * link;
         }
     }

@@ -192,9 +192,7 @@ static void test_a_wrong_offset_that_ends_returns_to_the_drifted_one(void)
         char text[CAMPAIGN_TEXT_SIZE];
         scenario_error_t error;
         campaign_case_t drawn = {.seconds = 0.1, .event_count = 1u};
-        for (uint32_t n = 0; n < CAMPAIGN_QUANTITY_COUNT; n++) {
-            drawn.quantities[n] = campaign_quantities[n].initial;
-        }
+        set_initial(&drawn);
         drawn.quantities[CAMPAIGN_Q_offset_a] = 0.1;
         drawn.quantities[CAMPAIGN_Q_offset_b] = 0.2;
         drawn.events[0] = (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = 0.02, .value = 0.3};
@@ -219,9 +217,7 @@ static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
     char text[CAMPAIGN_TEXT_SIZE];
     scenario_error_t error;
     campaign_case_t plain = {.seconds = 0.1};
-    for (uint32_t n = 0; n < CAMPAIGN_QUANTITY_COUNT; n++) {
-        plain.quantities[n] = campaign_quantities[n].initial;
-    }
+    set_initial(&plain);
     const size_t octets = campaign_text(&plain, NULL, text, sizeof text);
     scenario_t *scenario = scenario_read_text("plain", text, octets, &error);
     TEST_ASSERT_NOT_NULL(scenario);
@@ -394,9 +390,7 @@ static void test_a_leg_that_loses_more_hides_the_emf_of_a_faster_rotor(void)
                  {"leg_drop_a", 3.0, 0.0, 0.0}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         judge_anew("");
-        for (uint32_t q = 0; q < CAMPAIGN_QUANTITY_COUNT; q++) {
-            observed.quantities[q] = campaign_quantities[q].initial;
-        }
+        set_initial(&observed);
         observed.quantities[CAMPAIGN_Q_dc_voltage] = 311.0;
         inject(cases[n].fault, cases[n].value, 0.0);
         const campaign_motor_t *motor = &watch.motor;
@@ -519,9 +513,7 @@ static void test_a_stuck_sensor_has_no_ceiling_if_the_motor_saturates_below_its_
     static const double shares[] = {0.0, 1.45, 1.55};
     for (size_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
         judge_anew("");
-        for (uint32_t q = 0; q < CAMPAIGN_QUANTITY_COUNT; q++) {
-            observed.quantities[q] = campaign_quantities[q].initial;
-        }
+        set_initial(&observed);
         observed.quantities[CAMPAIGN_Q_motor_drawn] = 1.0;
         observed.quantities[CAMPAIGN_Q_interior] = 2.0;
         observed.quantities[CAMPAIGN_Q_saturation] = shares[n];

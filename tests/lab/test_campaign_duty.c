@@ -17,9 +17,7 @@
 static void judge_lasting(const char *fault, double value, double lasts)
 {
     observed = (campaign_case_t){.seconds = 5.0};
-    for (uint32_t n = 0; n < CAMPAIGN_QUANTITY_COUNT; n++) {
-        observed.quantities[n] = campaign_quantities[n].initial;
-    }
+    set_initial(&observed);
     observed.quantities[CAMPAIGN_Q_encoder] = 1.0;
     inject(fault, value, lasts);
 }

@@ -15,9 +15,7 @@ static campaign_angles_t angles;
 static void watch_at(float speed)
 {
     observed = (campaign_case_t){.seconds = 5.0};
-    for (uint32_t n = 0; n < CAMPAIGN_QUANTITY_COUNT; n++) {
-        observed.quantities[n] = campaign_quantities[n].initial;
-    }
+    set_initial(&observed);
     watch_a_drive_that_runs();
     campaign_angles_begin(&angles, &observed);
     watch.angles = &angles;

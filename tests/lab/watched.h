@@ -35,6 +35,14 @@ static void put(const char *name, float value)
     memcpy(slot(name), &value, sizeof value);
 }
 
+/* Gives each quantity of the case its initial value. */
+static void set_initial(campaign_case_t *drawn)
+{
+    for (uint32_t n = 0; n < CAMPAIGN_QUANTITY_COUNT; n++) {
+        drawn->quantities[n] = campaign_quantities[n].initial;
+    }
+}
+
 /* Begins to watch `observed` again, from a period on in which the drive runs. */
 static void watch_a_drive_that_runs(void)
 {

@@ -99,13 +99,13 @@ static uint32_t watch_shaft(medium_t *medium, const window_t *window, const requ
 /* True if the EMF may be wrong because of a wire or a current sensor. The current watch reports these first;
  * it needs more time than a large EMF off the encoder's axis, and its result has priority. A sensor that is
  * only suspected does not count: the current watch expects the EMF at the encoder's angle. */
-static bool doubts_emf(const medium_t *medium, const window_t *window)
+static bool doubts_emf(const medium_t *medium, const window_t *window, ab_t asked)
 {
     if ((medium->found.current_faults & ~CURRENT_WATCH_MAYBE) != 0u) {
         return true;
     }
-    const abc_t asked = frames_inverse_clarke(frames_inverse_park(window->reference, window->frame.rotation));
-    return current_watch_lacks(&medium->current_watch, window->measured.current_abc, asked);
+    return current_watch_lacks(&medium->current_watch, window->measured.current_abc,
+                               frames_inverse_clarke(asked));
 }
 
 /* If the speed loop begins to oscillate, the speed contains the proportional part of the tracking loop from
@@ -171,11 +171,14 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
         encoder_watch_begin(&medium->encoder_watch, window->measured.current);
         return;
     }
+    const ab_t current = window->measured.current;
+    const ab_t asked = frames_inverse_park(window->reference, window->frame.rotation);
     const encoder_watch_input_t input = {
-        .current = window->measured.current,
+        .current = current,
         .encoder = trig_turn(window->encoder.theta_e),
         .omega_e = window->encoder.omega_e,
-        .doubtful = doubts_emf(medium, window),
+        .lacks = {asked.alpha - current.alpha, asked.beta - current.beta},
+        .doubtful = doubts_emf(medium, window, asked),
     };
     medium->found.encoder_wrong = encoder_watch_step(&medium->encoder_watch, &input);
     if ((medium->found.encoder_wrong & ENCODER_WATCH_WIRE) != 0u) {

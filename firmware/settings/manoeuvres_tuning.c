@@ -184,6 +184,7 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *
     const float torque = 1.5f * pole_pairs * assumed->flux_linkage * params->current_limit;
     const float passing = FALLBACK_MARGIN * 2.0f * start.fallback_speed * assumed->inertia / torque;
     const bool gentler = params->speed_ramp > 0.0f && params->speed_ramp < start.ramp;
+    const bool limited = params->quick_stop_ramp > 0.0f && params->quick_stop_ramp < start.stop_ramp;
 
     manoeuvres_tuning_t tuning;
     tuning.limits = (manoeuvres_limits_t){
@@ -195,6 +196,8 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *
         .flux_linkage = assumed->flux_linkage,
         .speed_per_volt = 1.0f / assumed->flux_linkage,
         .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_WINDOW_PERIOD,
+        .stop_ramp =
+            pole_pairs * (limited ? params->quick_stop_ramp : start.stop_ramp) * DRIVE_WINDOW_PERIOD,
         .ease_share = lowpass_share(FORCED_EASE_CUTOFF, DRIVE_WINDOW_PERIOD),
         .current_start = start.current,
         .current_inverse = 1.0f / start.current,

@@ -419,6 +419,7 @@ start_params_t params_start(const params_t *params, const assumed_t *assumed)
         .current = params->start_current > 0.0f ? params->start_current : most,
         .current_most = most,
         .ramp = params->start_ramp,
+        .stop_ramp = params->start_ramp,
         .handover_speed = params->handover_speed,
         .visible_speed = params->handover_speed,
         .fallback_speed = params->fallback_speed,
@@ -448,6 +449,7 @@ start_params_t params_start(const params_t *params, const assumed_t *assumed)
         const float able = START_ACCELERATION * 1.5f * emf_per_speed * start.current / assumed->inertia;
         const float fastest = start.handover_speed / START_TIME;
         start.ramp = able < fastest ? able : fastest;
+        start.stop_ramp = able;
     }
     return start;
 }

@@ -419,6 +419,7 @@ typedef struct {
     float current;        /* [A] in the forced frame */
     float current_most;   /* [A] in another try */
     float ramp;           /* [rad/s^2] mechanical */
+    float stop_ramp;      /* [rad/s^2] mechanical, of a quick stop */
     float handover_speed; /* [rad/s] mechanical */
     float fallback_speed; /* [rad/s] mechanical */
     float catch_speed;    /* [rad/s] mechanical, of the slowest turning rotor that is caught */

@@ -334,12 +334,17 @@ static bool hides_angle(const campaign_watch_t *watch, uint32_t period, double s
 }
 
 /* True if the drive may wait for the EMF of a shaft that is to pass zero speed, and has waited no longer than
- * this takes: below fallback_speed no EMF shows the angle. A reference below this speed is not waited for. */
+ * this takes: below fallback_speed no EMF shows the angle, and before the passage the EMF is judged from the
+ * hand-over speed on. A reference below fallback_speed is not waited for. */
 static bool may_wait(const campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     const double time = watch->wrong * RIG_PERIOD_SECONDS;
-    return time <= watch->passage && fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) < watch->slow &&
-           fabs(campaign_number(rows, CAMPAIGN_AT_omega_m_ref)) >= watch->slow &&
+    const double reference = campaign_number(rows, CAMPAIGN_AT_omega_m_ref);
+    const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);
+    const bool before = speed * reference < 0.0;
+    return time <= watch->passage &&
+           fabs(speed) < (before ? campaign_handover_speed(watch->drawn) : watch->slow) &&
+           fabs(reference) >= watch->slow &&
            !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period);
 }
 

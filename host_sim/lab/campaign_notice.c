@@ -116,16 +116,25 @@ static double fed_by(const campaign_watch_t *watch, const campaign_injected_t *i
     return driven ? fed : 0.0;
 }
 
+/* [A] Standard deviation of the mean of a window of the third phase's current, which is the sum of two
+ * samples, by the noise of an injected fault. */
+static double noise_of_mean(const campaign_motor_t *motor, const campaign_injected_t *injected)
+{
+    const bool noise = strcmp(campaign_faults[injected->kind].row, "current_noise") == 0;
+    return noise ? injected->value * motor->current * sqrt(2.0 / DRIVE_WINDOW) : 0.0;
+}
+
 /* True if other faults shift the zero of the sensors by so much that the law takes a phase without current
- * for one with current: by half of its limit, of which leakage, noise and the offset itself may take the
- * other half. */
+ * for one with current: by half of its limit, of which leakage, the noise of a sound sensor and the offset
+ * itself may take the other half. */
 static bool hides_zero(const campaign_watch_t *watch, uint32_t period)
 {
-    double offset = 0.0;
+    double shift = 0.0;
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        offset += campaign_is_there(watch, n, period) ? watch->excused[n].offset : 0.0;
+        const double noise = noise_of_mean(&watch->motor, &watch->drawn->faults[n]);
+        shift += campaign_is_there(watch, n, period) ? watch->excused[n].offset + noise : 0.0;
     }
-    return offset > 0.5 * LOSS_NONE * (double)BOARD_CURRENT_RANGE;
+    return shift > 0.5 * LOSS_NONE * (double)BOARD_CURRENT_RANGE;
 }
 
 static bool shows(const campaign_watch_t *watch, shows_t how, uint32_t n, uint32_t period,

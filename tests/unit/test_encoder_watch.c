@@ -25,6 +25,7 @@ static encoder_watch_t watch;
 
 static double rotor, encoder; /* [rad] */
 static ab_t current;          /* [A] */
+static ab_t lacks;            /* [A] requested minus measured current */
 static bool is_doubtful;      /* the sign of the current, and with it the EMF, is uncertain */
 
 static uint32_t bits; /* bits of the last judgement */
@@ -60,6 +61,7 @@ static void begin(double noise, float doubtful)
     rotor = 0.3;
     encoder = 0.3;
     current = (ab_t){0.0f, 0.0f};
+    lacks = (ab_t){0.0f, 0.0f};
     is_doubtful = false;
 }
 
@@ -157,8 +159,11 @@ static void test_noise_in_an_emf_is_not_judged(void)
 
 static uint32_t judged(double said)
 {
-    const encoder_watch_input_t input = {
-        current, {(float)sin(encoder), (float)cos(encoder)}, (float)said, is_doubtful};
+    const encoder_watch_input_t input = {.current = current,
+                                         .encoder = {(float)sin(encoder), (float)cos(encoder)},
+                                         .omega_e = (float)said,
+                                         .lacks = lacks,
+                                         .doubtful = is_doubtful};
     return encoder_watch_step(&watch, &input);
 }
 
@@ -574,6 +579,35 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
         (void)judge(240.0, 1.0, 240.0);
         (void)judge(240.0, 1.0, 240.0);
         TEST_ASSERT_EQUAL_UINT32(0u, watch.of_a_phase);
+    }
+}
+
+/* An open switch that carries 3 A: the voltage that is missing behind it opposes this current, which becomes
+ * shorter than the request. The judgement is postponed for the 16 judgements in which the current watch
+ * reports it. The same difference is not that of a switch if the current follows its request, exceeds it, or
+ * is driven by the difference. */
+static void test_a_difference_that_prevents_a_current_is_that_of_a_switch(void)
+{
+    static const struct {
+        double current, lacks; /* [A] along the difference */
+        bool open;
+    } cases[] = {{3.0, 0.39, true},
+                 {3.0, 0.36, false},
+                 {3.0, -0.39, false},
+                 {-3.0, -0.39, false},
+                 {-3.0, 0.39, false}};
+    for (size_t n = 0; n < 6u * sizeof cases / sizeof cases[0]; n++) {
+        const double axis = PI / 3.0 * (double)(n % 6u);
+        uint32_t judgements = 0u;
+        setUp();
+        settle(240.0);
+        current = to_ab(cases[n / 6u].current * cexp(J * axis));
+        lacks = to_ab(cases[n / 6u].lacks * cexp(J * axis));
+        encoder_watch_begin(&watch, current);
+        while (judgements < 16u && judge_with(240.0, 100.0, axis) == 0u) {
+            judgements++;
+        }
+        TEST_ASSERT_EQUAL(cases[n / 6u].open, judgements == 16u);
     }
 }
 

@@ -690,6 +690,26 @@ static void test_nothing_is_learnt_without_an_effect_and_from_an_invalid_cycle(v
     }
 }
 
+/* Every second cycle is not sound. Its neighbours agree, but only because they have the same phase of
+ * whatever makes the others invalid, as the beat of a harmonic with the dither: nothing is learnt from them.
+ */
+static void test_a_result_agrees_only_with_that_of_the_cycle_before(void)
+{
+    for (int broken = 0; broken < 2; broken++) {
+        motor_t motor = usual();
+        motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
+        begin(&motor);
+        uint32_t cycles = 0u;
+        for (int n = 0; n < 2500; n++) {
+            cycles += x.left == 0u ? 1u : 0u; /* the next step begins another one */
+            motor.sound = broken == 0 || cycles % 2u == 0u;
+            run(&motor, EVERY * PERIOD);
+        }
+        TEST_ASSERT_GREATER_THAN_UINT32(25u, cycles);
+        TEST_ASSERT_TRUE(broken != 0 ? x.learnt.value == x.learnt.from : ratio() > 0.9);
+    }
+}
+
 /* One period has a value that is not a number, or no EMF: the learnt value does not change, and learning
  * continues afterwards. */
 static void test_no_number_and_no_emf_teach_nothing(void)

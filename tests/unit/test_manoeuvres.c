@@ -408,6 +408,37 @@ static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
     }
 }
 
+/* By rule a light rotor stops as fast as the frame can take it along, here by the share of its speed with
+ * which the frame approaches zero: 12 rad/s times 6 rad/s and more exceed the 52 rad/s^2 of its start. A
+ * gentler quick_stop_ramp is kept. */
+static void test_a_quick_stop_does_not_wait_for_the_ramp_of_a_start(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        for (int gentle = 0; gentle < 2; gentle++) {
+            setUp();
+            params.motor_inertia = 0.003f;
+            params.quick_stop_ramp = gentle != 0 ? 10.0f : 0.0f;
+            tune();
+            manoeuvres_take(&m, &tuning);
+            wish.omega_m_ref = (float)way * 50.0f;
+            begin();
+            (void)steps_until(MANOEUVRE_RAMP, 2.0);
+            while (fabsf(m.forced.speed) < 0.4f * m.limits.handover_speed) {
+                step();
+                TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RAMP, m.now);
+            }
+            wish.mode = RUN_STOP;
+            windows(1u);
+            const double before = fabs((double)m.forced.speed);
+            windows(4u);
+            const double falls = 4.0 * 10.0 * (double)DRIVE_WINDOW_PERIOD * params.motor_pole_pairs;
+            const double left =
+                gentle != 0 ? before - falls : before * pow(1.0 - (double)m.limits.ease_share, 4.0);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3 * before, way * left, (double)m.forced.speed);
+        }
+    }
+}
+
 /* The flux, R and J are configured 1.3 times too large, and only a quarter of J is on the motor's side of
  * an elastic shaft. The excess of the EMF that is fed forward is delta p omega with delta = s psi_f -
  * psi_f/1.3. It must drive no more than the resistance holds, K_t delta < J w_b R (theory 15), unless s

@@ -300,13 +300,15 @@ static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 6.284f, start.fallback_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 7.855f, start.catch_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-2f, 25.90f, start.ramp);
+    TEST_ASSERT_FLOAT_WITHIN(1e-2f, 25.90f, start.stop_ramp);
     params.motor_resistance = 2.0f; /* R I is 2.0215 ohm x 10 A */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 31.758f, start_of().handover_speed);
     params.overspeed_trip = 100.0f; /* at most 0.3 of it */
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 30.0f, start_of().handover_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 15.0f, start_of().catch_speed);
-    params.motor_inertia = 0.003f; /* 30 rad/s within 0.3 s, not 549 rad/s^2 */
+    params.motor_inertia = 0.003f; /* 30 rad/s within 0.3 s, not 549 rad/s^2, which a quick stop uses */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 100.0f, start_of().ramp);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 549.0f, start_of().stop_ramp);
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
@@ -353,6 +355,7 @@ static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)
     start_params_t start = start_of();
     TEST_ASSERT_EQUAL_FLOAT(6.0f, start.current);
     TEST_ASSERT_EQUAL_FLOAT(12.0f, start.ramp);
+    TEST_ASSERT_EQUAL_FLOAT(12.0f, start.stop_ramp);
     TEST_ASSERT_EQUAL_FLOAT(25.0f, start.handover_speed);
     TEST_ASSERT_EQUAL_FLOAT(9.0f, start.fallback_speed);
     TEST_ASSERT_EQUAL_FLOAT(11.0f, start.catch_speed);

@@ -306,7 +306,6 @@ static bool is_trusted(inductance_t *x, float said)
 {
     const bool agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value);
     x->confidence = lowpass_step(x->confidence, TRUST, agrees ? 1.0f : 0.0f);
-    x->said = said;
     return agrees && x->confidence > CONFIDENT;
 }
 
@@ -408,6 +407,7 @@ static void end(inductance_t *x, float omega_smooth)
             x->look.kept = x->confidence > CERTAIN ? x->learnt.value : x->look.kept;
         }
     }
+    x->said = said;
     look(x, said > 0.0f, learnt, bounds_magnitude(omega_smooth));
 }
 

@@ -113,6 +113,7 @@ typedef struct {
     float flux_linkage;        /* psi_f [Wb] */
     float speed_per_volt;      /* 1/psi_f [rad/s/V] */
     float ramp;                /* rise of the forced speed per window [rad/s] */
+    float stop_ramp;           /* its fall in a quick stop [rad/s] */
     float ease_share;          /* share by which it approaches its final speed per window [-] */
     float current_start;       /* of the forced frame in a start [A] */
     float current_inverse;     /* 1/current_start [1/A] */

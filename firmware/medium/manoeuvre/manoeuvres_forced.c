@@ -184,8 +184,9 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
     const manoeuvres_limits_t *limits = &m->limits;
     const float wanted = manoeuvres_wanted(m, &input->wish);
     const float target = bounds_clamp(wanted, limits->handover_speed);
+    const float ramp = input->wish.mode == RUN_STOP ? limits->stop_ramp : limits->ramp;
     m->forced.speed =
-        forced_eased(m->forced.speed, target, limits->ease_share, m->forced.quickness * limits->ramp);
+        forced_eased(m->forced.speed, target, limits->ease_share, m->forced.quickness * ramp);
     name_forced(m, wanted);
     track_beside(m, input, setpoint);
     see_need(m, input, setpoint);

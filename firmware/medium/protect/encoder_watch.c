@@ -21,9 +21,9 @@
  * current that is not controlled, which is reported in the next periods. */
 #define TOO_LONG 1.5f /* [-] */
 
-#define MUCH_BESIDE 0.3f /* [-] of the EMF: above the effect of a wrong psi_f */
-#define CARRIES                                                                                              \
-    4.0f /* [-] of `doubtful`: square of the error of a phase's current by a wrong trim of offsets */
+#define MUCH_BESIDE 0.3f   /* [-] of the EMF: above the effect of a wrong psi_f */
+#define CARRIES     4.0f   /* [-] of `doubtful`: square of a phase's current by a wrong trim of offsets */
+#define SHORT       0.125f /* [-] of the current of a phase: least part of the request that a switch prevents */
 /* [-] sine of three times the largest angle to the axis of a phase at which a difference may be that of its
  * wire, 10 degrees, and at which it is not elsewhere, 8 degrees */
 #define PHASE_SINE 0.5f
@@ -31,7 +31,6 @@
 
 /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
 #define EMF_NOISE 2.12f
-
 /* If noise determines the least EMF, this is one of a low-pass with the share SLOW, which consists of noise
  * and its opposite in the next window: three times sqrt(2 SLOW^2/(2 - SLOW)). */
 #define SLOW       0.25f /* [-] */
@@ -40,9 +39,7 @@
 /* [-] noise of the EMF's speed over that of a window's EMF, times |e| T_j: a second difference of the
  * currents' noise behind the low-pass, whose share is a third. */
 #define TURN_NOISE 0.39f
-
-#define SAME_AXIS 0.01f /* [-] square of the sine since it reached an axis: 6 degrees */
-
+#define SAME_AXIS  0.01f /* [-] square of the sine since it reached an axis: 6 degrees */
 /* Square of a difference over that of the known axis, from which on it shows this axis better: noise and the
  * dead time turn it by less. The difference of a wrong encoder turns, but hardly becomes so much longer. */
 #define LONGER_AXIS 2.0f /* [-] */
@@ -53,11 +50,9 @@
 /* Of the least EMF that is judged: largest difference across the axis that noise, or the dead time of the
  * other two phases with small opposite currents, may cause. */
 #define OFF_BESIDE 0.5f /* [-] */
-
 /* Square of the difference over that of this part from which a single window shows the axis: in the mean a
  * difference that turns with the rotor becomes so small that it may have any direction. */
 #define OFF_CLEAR 16.0f /* [-] */
-
 /* [-] of psi_f/T_j: the most of a wrong psi_f omega in the mean difference. It turns with the rotor, by
  * x = omega T_j per window, and the mean keeps the share 1/sqrt(1 + 12 x^2): MUCH_BESIDE/sqrt(12). */
 #define OFF_TURNING 0.0866f
@@ -122,6 +117,16 @@ void encoder_watch_init(encoder_watch_t *watch, const encoder_watch_tuning_t *tu
 static inline bool is_lowpass(const encoder_watch_tuning_t *tuning)
 {
     return tuning->before > 0.5f;
+}
+
+static inline float product(ab_t a, ab_t b)
+{
+    return a.alpha * b.alpha + a.beta * b.beta;
+}
+
+static inline float square_of(ab_t a)
+{
+    return product(a, a);
 }
 
 /* Speed of the EMF in the encoder's frame [rad/s]: from the sine of its turn in a judgement, and the whole
@@ -203,14 +208,9 @@ static ab_t beside(const encoder_watch_t *watch, float omega_e, rotation_t middl
     return frames_inverse_park(off, middle);
 }
 
-static inline float square_of(ab_t a)
-{
-    return a.alpha * a.alpha + a.beta * a.beta;
-}
-
 static inline bool hardly_flows(const encoder_watch_tuning_t *tuning, ab_t current)
 {
-    return current.alpha * current.alpha + current.beta * current.beta < tuning->doubtful;
+    return square_of(current) < tuning->doubtful;
 }
 
 /* The least EMF that is judged at this current [V]. */
@@ -296,13 +296,15 @@ static inline bool knows_line(const encoder_watch_t *watch, const seen_t *seen)
     return watch->square > LINE_KNOWN * seen->off || watch->waited >= LINE_WAITED;
 }
 
-/* True if the difference may be that of a phase without current: its square is at most `most` [A^2], or
- * within an error `noise` [V^2] the current is perpendicular to the difference. */
-static inline bool is_bare(const encoder_watch_t *watch, ab_t off, float most, float noise)
+/* True if the difference may be that of an open phase. It has no current: its square is at most `most` [A^2],
+ * or within an error `noise` [V^2] the current is perpendicular to the difference. Or it is that of an open
+ * switch: the difference opposes the current, which falls (from 3 A in 0.1 H for 8 ms) and is shorter than
+ * the request by `lacks` [A]. */
+static inline bool may_be_open(const encoder_watch_t *watch, ab_t off, ab_t lacks, float most, float noise)
 {
-    const ab_t current = watch->current;
-    const float along = off.alpha * current.alpha + off.beta * current.beta;
-    return along * along <= most * square_of(off) + noise * square_of(current);
+    const float along = product(off, watch->current);
+    const bool falls = along > 0.0f && product(off, lacks) > SHORT * along;
+    return falls || along * along <= most * square_of(off) + noise * square_of(watch->current);
 }
 
 /* Square of the noise in the mean difference [V^2]: consecutive windows share the sample between them, whose
@@ -319,9 +321,10 @@ static float noise_left(const encoder_watch_t *watch)
  * is requested. */
 static float noise_of_mean(const encoder_watch_t *watch)
 {
+    const ab_t none = {0.0f, 0.0f};
     const float noise = noise_left(watch);
     const bool used = is_unseen(watch) ? hardly_flows(&watch->tuning, watch->current)
-                                       : is_bare(watch, watch->off, watch->tuning.doubtful, noise);
+                                       : may_be_open(watch, watch->off, none, watch->tuning.doubtful, noise);
     return used ? noise : 0.0f;
 }
 
@@ -464,11 +467,11 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     const bool differs = sign.wrong || sign.open;
     const bool still = hardly_flows(tuning, input->current);
     add_off(watch, differs, in_mean, input->omega_e, off);
-    const bool of_a_phase =
-        differs && !backward &&
-        is_bare(watch, watch->off, CARRIES * tuning->doubtful, tuning->beside + noise_left(watch)) &&
-        is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected) &&
-        (!knows_line(watch, &seen) || is_on_a_line(watch));
+    const bool of_a_phase = differs && !backward &&
+                            may_be_open(watch, watch->off, input->lacks, CARRIES * tuning->doubtful,
+                                        tuning->beside + noise_left(watch)) &&
+                            is_of_a_phase(watch, in_mean, MUCH_BESIDE * seen.expected) &&
+                            (!knows_line(watch, &seen) || is_on_a_line(watch));
     watch->elsewhere =
         watch->windows > 0u && seen.length > least && is_elsewhere(watch, off) ? UINT32_C(1) : UINT32_C(0);
     watch->confirmed = 0u;

@@ -153,6 +153,7 @@ typedef struct {
     ab_t current;       /* [A] */
     rotation_t encoder; /* the frame of the encoder's angle */
     float omega_e;      /* its speed, electrical [rad/s] */
+    ab_t lacks;         /* requested minus measured current [A] */
     bool doubtful;      /* true: the EMF is doubtful */
 } encoder_watch_input_t;
 

@@ -214,6 +214,7 @@ typedef struct {
     double none; /* [A] length of a current that counts as none, as in the drive's watch of the encoder */
     uint32_t fast_at, over_at, high_at, low_at,
         scaled_at,  /* less than half of the link is shown, by which all voltages are scaled */
+        apart_at,   /* two phases are open, whose missing voltages have any direction together */
         wrong_at;   /* [periods] last time at which the limit was exceeded; 0: it was not exceeded */
     uint32_t quiet; /* [periods] time without current, with all gates off */
     bool drifted;   /* the offsets have changed, and there has been no time to measure them since */

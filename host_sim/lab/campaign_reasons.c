@@ -39,6 +39,7 @@ enum {
     IN_MEMORY = 2048, /* anything may be wrong */
     IN_MAGNET = 4096, /* a magnet so weak that its EMF may count as missing */
     IN_SCALE = 8192,  /* a link that is shown so much too low that the observed EMF may count as missing */
+    IN_WIRES = 16384, /* open wires or switches of two phases */
 };
 
 static const struct {
@@ -121,8 +122,10 @@ static const struct {
     {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
     /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor; the
-     * observed voltages have the scale of the shown link */
-    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET | IN_SCALE, BY_FAULT},
+     * observed voltages have the scale of the shown link; those that are missing in two phases lie beside the
+     * axes of all three, as the error of a wrong encoder does */
+    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET | IN_SCALE | IN_WIRES,
+     BY_FAULT},
     /* with less than half of psi_f, a load of half the rated torque exceeds that of the motor */
     {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT | IN_MAGNET, BY_FAULT},
     /* the voltage that a leg loses does not change the current, either */
@@ -218,6 +221,7 @@ static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t sinc
     uint32_t what =
         present(watch, since) | (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
     what |= lately(watch->truth.scaled_at, period, WITNESS) ? IN_SCALE : 0u;
+    what |= lately(watch->truth.apart_at, period, WITNESS) ? IN_WIRES : 0u;
     what |= watch->truth.stopping;
     what &= watch->truth.weak ? ~UINT32_C(0) : ~(uint32_t)IN_MAGNET;
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
@@ -286,6 +290,27 @@ static bool scales_voltages(const campaign_watch_t *watch, uint32_t period, doub
     return false;
 }
 
+/* Bit of the phase that an open wire or switch interrupts; 0: none. */
+static uint32_t opens(const campaign_injected_t *injected)
+{
+    const char *row = campaign_faults[injected->kind].row;
+    if (what_of(injected) != IN_WIRE) {
+        return 0u;
+    }
+    return UINT32_C(1) << (strcmp(row, "open_switches") == 0 ? (uint32_t)(injected->value / 2.0)
+                                                             : (uint32_t)(row[strlen(row) - 1u] - 'a'));
+}
+
+/* True if two phases are open. */
+static bool opens_two(const campaign_watch_t *watch, uint32_t period)
+{
+    uint32_t phases = 0u;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        phases |= campaign_is_there(watch, n, period) ? opens(&watch->drawn->faults[n]) : 0u;
+    }
+    return (phases & (phases - 1u)) != 0u;
+}
+
 /* A fault whose reaction is a stop, and which comes during a stop that was requested, is latched at the end
  * of this stop. Its cause may be gone by then. */
 static void watch_stop(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
@@ -319,6 +344,7 @@ static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_
     }
     truth->high_at = link > truth->high ? period : truth->high_at;
     truth->low_at = link < truth->low ? period : truth->low_at;
+    truth->apart_at = opens_two(watch, period) ? period : truth->apart_at;
     truth->scaled_at = scales_voltages(watch, period, link) ? period : truth->scaled_at;
     truth->wrong_at = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err)) > wrong ? period : truth->wrong_at;
 }

@@ -243,6 +243,33 @@ static void test_an_open_phase_is_not_seen_by_a_sensor_with_a_moved_zero_or_with
     }
 }
 
+/* The voltage that is missing in one phase lies along its axis, which no wrong encoder explains for long.
+ * Those of two phases together have any direction. A fault counts for a tenth of a second after its end, and
+ * its effect on the drive for 50 ms more. The switch 1 is that of leg a. */
+static void test_two_open_phases_justify_encoder_mismatch(void)
+{
+    static const struct {
+        const char *first;
+        double value, after; /* [s] the reason is shown, after the first fault has ended */
+        int violated;
+    } cases[] = {{"open_switch", 1.0, 0.14, HELD},
+                 {"open_switch", 1.0, 0.16, CAMPAIGN_I_REASON_TRUE},
+                 {"open_switch", 2.0, 0.14, CAMPAIGN_I_REASON_TRUE},
+                 {"open_phase_c", 1.0, 0.14, HELD},
+                 {"open_phase_b", 1.0, 0.14, CAMPAIGN_I_REASON_TRUE}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("open_phase_b", 1.0);
+        const campaign_injected_t wire = observed.faults[0];
+        judge_lasting(cases[n].first, cases[n].value, 0.2);
+        observed.faults[1] = wire;
+        inject("", 0.0, 0.0);
+        pass(0.2 + cases[n].after);
+        set_rows(LATCHED("encoder_mismatch"));
+        pass(WINDOWS + PERIOD);
+        expect(cases[n].violated, cases[n].first);
+    }
+}
+
 /* A quick stop in which an active load turns the shaft of a small servo motor, at shares of the speed within
  * which the friction of the plant is smooth. This speed is T/J 0.2 ms for the friction T and the inertia J.
  */

@@ -182,6 +182,7 @@ static void judge_notice(campaign_watch_t *watch, uint32_t n, const notice_t *no
     }
     if (shows(watch, notice->shows, n, period, rows)) {
         kept->asked[n]++;
+        kept->seen[n] = true;
         kept->turned[n] += watch->per_omega * fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
     }
     const double times = notice->turns || notice->shows == WHILE_FED ? NOTICE_TIMES : 1.0;

@@ -233,6 +233,7 @@ typedef struct {
     uint32_t starved;                    /* [periods] time for which the link has been too low */
     uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be detected */
     double turned[CAMPAIGN_FAULTS_MAX];  /* [rad] electrical angle in those periods */
+    bool seen[CAMPAIGN_FAULTS_MAX];      /* the fault could be detected in one period at least */
     double i_d, i_q;                     /* [A] mean of the requested current in its frame */
     double u_d, u_q;                     /* [V] mean of the voltage beyond the EMF in this frame */
 } campaign_notices_t;

@@ -39,7 +39,7 @@ enum {
     IN_MEMORY = 2048, /* anything may be wrong */
     IN_MAGNET = 4096, /* a magnet so weak that its EMF may count as missing */
     IN_SCALE = 8192,  /* a link that is shown so much too low that the observed EMF may count as missing */
-    IN_WIRES = 16384, /* open wires or switches of two phases */
+    IN_WIRES = 16384, /* open wires or switches of two phases, or of one with nearly no requested current */
 };
 
 static const struct {
@@ -123,7 +123,8 @@ static const struct {
     {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
     /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor; the
      * observed voltages have the scale of the shown link; those that are missing in two phases lie beside the
-     * axes of all three, as the error of a wrong encoder does */
+     * axes of all three, as the error of a wrong encoder does; without a requested current in its phase only
+     * the EMF shows an open wire, whose direction a wrong psi_f changes */
     {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET | IN_SCALE | IN_WIRES,
      BY_FAULT},
     /* with less than half of psi_f, a load of half the rated torque exceeds that of the motor */
@@ -215,13 +216,25 @@ static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t
     return false;
 }
 
+/* True if a wire or switch is open and has not carried a requested current that would show it. */
+static bool is_unseen(const campaign_watch_t *watch, uint32_t period)
+{
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        if (campaign_is_there(watch, n, period) && !watch->notices.seen[n] &&
+            what_of(&watch->drawn->faults[n]) == IN_WIRE) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* True if a reason that has been shown since this period is true. */
 static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t since, uint32_t period)
 {
     uint32_t what =
         present(watch, since) | (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
     what |= lately(watch->truth.scaled_at, period, WITNESS) ? IN_SCALE : 0u;
-    what |= lately(watch->truth.apart_at, period, WITNESS) ? IN_WIRES : 0u;
+    what |= lately(watch->truth.apart_at, period, WITNESS) || is_unseen(watch, since) ? IN_WIRES : 0u;
     what |= watch->truth.stopping;
     what &= watch->truth.weak ? ~UINT32_C(0) : ~(uint32_t)IN_MAGNET;
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {

@@ -263,10 +263,29 @@ static void test_two_open_phases_justify_encoder_mismatch(void)
         judge_lasting(cases[n].first, cases[n].value, 0.2);
         observed.faults[1] = wire;
         inject("", 0.0, 0.0);
-        pass(0.2 + cases[n].after);
+        set_rows("i_d_ref=-5 i_q_ref=10 u_alpha=-60 u_beta=90"); /* all phases are commanded a current */
+        pass(10e-3);
+        set_rows("i_d_ref=0 i_q_ref=0");
+        pass(0.19 + cases[n].after);
         set_rows(LATCHED("encoder_mismatch"));
         pass(WINDOWS + PERIOD);
         expect(cases[n].violated, cases[n].first);
+    }
+}
+
+/* The frame at 0 makes i_d the current of phase a. A quarter of rated current there shows an open wire to the
+ * current watch; from then on the reason must be phase_loss. */
+static void test_an_open_wire_without_a_requested_current_justifies_encoder_mismatch(void)
+{
+    for (int seen = 0; seen < 2; seen++) {
+        judge_anew("open_phase_a", 1.0);
+        set_rows(seen != 0 ? "i_d_ref=2.6 u_alpha=30" : "i_d_ref=2.4 u_alpha=30");
+        pass(10e-3);
+        set_rows("i_d_ref=0");
+        pass(10e-3);
+        set_rows(LATCHED("encoder_mismatch"));
+        pass(WINDOWS + PERIOD);
+        expect(seen != 0 ? (int)CAMPAIGN_I_REASON_TRUE : HELD, "encoder_mismatch");
     }
 }
 

@@ -333,19 +333,28 @@ static bool hides_angle(const campaign_watch_t *watch, uint32_t period, double s
     return false;
 }
 
+/* The speed that the request leads to [rad/s]. A requested current leads to the hand-over speed at least, in
+ * its direction. */
+static double wanted(const campaign_watch_t *watch, const uint32_t *rows)
+{
+    if (rows[CAMPAIGN_AT_mode] == 0u) {
+        return campaign_number(rows, CAMPAIGN_AT_omega_m_ref);
+    }
+    return copysign(campaign_handover_speed(watch->drawn), campaign_number(rows, CAMPAIGN_AT_i_q_request));
+}
+
 /* True if the drive may wait for the EMF of a shaft that is to pass zero speed, and has waited no longer than
  * this takes: below fallback_speed no EMF shows the angle, and before the passage the EMF is judged from the
  * hand-over speed on. A reference below fallback_speed is not waited for. */
 static bool may_wait(const campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     const double time = watch->wrong * RIG_PERIOD_SECONDS;
-    const double reference = campaign_number(rows, CAMPAIGN_AT_omega_m_ref);
+    const double reference = wanted(watch, rows);
     const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);
     const bool before = speed * reference < 0.0;
     return time <= watch->passage &&
            fabs(speed) < (before ? campaign_handover_speed(watch->drawn) : watch->slow) &&
-           fabs(reference) >= watch->slow &&
-           !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period);
+           fabs(reference) >= watch->slow && !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period);
 }
 
 static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)

@@ -551,13 +551,16 @@ static void test_the_drive_waits_for_the_emf_of_a_shaft_that_is_to_pass_zero(voi
         const char *what;
         double shaft, reference; /* [-] of fallback_speed */
         bool encoder;
-        double most; /* [s] longest time of a wrong angle */
-    } cases[] = {{"a shaft that a load stops at zero", 0.99, -1.01, false, 80e-3},
-                 {"a shaft that a load turns against the reference", 2.49, -1.01, false, 80e-3},
-                 {"a shaft that has the EMF of the hand-over", 2.51, -1.01, false, 50e-3},
-                 {"a shaft that has passed zero and has an EMF", -1.01, -1.01, false, 50e-3},
-                 {"a reference at which the drive does not wait", 0.99, 0.99, false, 50e-3},
-                 {"an encoder", 0.99, -1.01, true, 50e-3}};
+        double most;    /* [s] longest time of a wrong angle */
+        double current; /* [A] requested; 0: a speed is requested */
+    } cases[] = {{"a shaft that a load stops at zero", 0.99, -1.01, false, 80e-3, 0.0},
+                 {"a shaft that a load turns against the reference", 2.49, -1.01, false, 80e-3, 0.0},
+                 {"a shaft that has the EMF of the hand-over", 2.51, -1.01, false, 50e-3, 0.0},
+                 {"a shaft that has passed zero and has an EMF", -1.01, -1.01, false, 50e-3, 0.0},
+                 {"a reference at which the drive does not wait", 0.99, 0.99, false, 50e-3, 0.0},
+                 {"a shaft against whose direction a current is requested", 2.49, 0.0, false, 80e-3, -0.1},
+                 {"a shaft in whose direction a current is requested", 2.49, 0.0, false, 50e-3, 0.1},
+                 {"an encoder", 0.99, -1.01, true, 50e-3, 0.0}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         judge_anew("");
         observed.quantities[CAMPAIGN_Q_encoder] = cases[n].encoder ? 1.0 : 0.0;
@@ -565,6 +568,8 @@ static void test_the_drive_waits_for_the_emf_of_a_shaft_that_is_to_pass_zero(voi
         put("theta_err", 1.0f);
         put("true_omega_m", (float)(cases[n].shaft * watch.slow));
         put("omega_m_ref", (float)(cases[n].reference * watch.slow));
+        put("i_q_request", (float)cases[n].current);
+        *slot("mode") = cases[n].current != 0.0 ? 1u : 0u;
         pass(cases[n].most);
         expect(HELD, cases[n].what);
         pass(2.0 * PERIOD);

@@ -194,10 +194,8 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *
         .handover_speed = pole_pairs * start.handover_speed,
         .fallback_speed = fallback_speed,
         .flux_linkage = assumed->flux_linkage,
-        .speed_per_volt = 1.0f / assumed->flux_linkage,
         .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_WINDOW_PERIOD,
-        .stop_ramp =
-            pole_pairs * (limited ? params->quick_stop_ramp : start.stop_ramp) * DRIVE_WINDOW_PERIOD,
+        .stop_ramp = pole_pairs * (limited ? params->quick_stop_ramp : start.stop_ramp) * DRIVE_WINDOW_PERIOD,
         .ease_share = lowpass_share(FORCED_EASE_CUTOFF, DRIVE_WINDOW_PERIOD),
         .current_start = start.current,
         .current_inverse = 1.0f / start.current,

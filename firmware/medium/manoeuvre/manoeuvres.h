@@ -111,7 +111,6 @@ typedef struct {
     float handover_speed;      /* [rad/s] electrical */
     float fallback_speed;      /* [rad/s] electrical */
     float flux_linkage;        /* psi_f [Wb] */
-    float speed_per_volt;      /* 1/psi_f [rad/s/V] */
     float ramp;                /* rise of the forced speed per window [rad/s] */
     float stop_ramp;           /* its fall in a quick stop [rad/s] */
     float ease_share;          /* share by which it approaches its final speed per window [-] */

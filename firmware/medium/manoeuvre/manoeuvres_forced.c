@@ -185,8 +185,7 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
     const float wanted = manoeuvres_wanted(m, &input->wish);
     const float target = bounds_clamp(wanted, limits->handover_speed);
     const float ramp = input->wish.mode == RUN_STOP ? limits->stop_ramp : limits->ramp;
-    m->forced.speed =
-        forced_eased(m->forced.speed, target, limits->ease_share, m->forced.quickness * ramp);
+    m->forced.speed = forced_eased(m->forced.speed, target, limits->ease_share, m->forced.quickness * ramp);
     name_forced(m, wanted);
     track_beside(m, input, setpoint);
     see_need(m, input, setpoint);
@@ -231,7 +230,7 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
 
 /* Changes from the estimate's frame to a forced one in which the same torque acts: its d axis is ahead of the
  * rotor's by the load angle. Two speeds, which can both be wrong, are available; the smaller one is used. If
- * the loop is scattered, neither is that of the rotor, and the frame begins at rest. */
+ * the loop is scattered, neither is that of the rotor, and the frame begins at rest. One division. */
 void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const estimate_t *estimate = input->estimate;
@@ -244,7 +243,7 @@ void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     const float sine = bounds_clamp(i_q * m->limits.current_inverse, GRIP_MAX);
     const float square = 1.0f - sine * sine;
     const float ahead = trig_angle((rotation_t){sine, square * inverse_root(square)});
-    const float emf_speed = estimate->amplitude * m->limits.speed_per_volt;
+    const float emf_speed = estimate->amplitude / m->limits.flux_linkage;
     manoeuvres_enter(m, MANOEUVRE_FORCED);
     m->forced.speed = lock_is_scattered(&m->lock) ? 0.0f : bounds_clamp(estimate->omega_smooth, emf_speed);
     m->forced.current = m->forced.wanted;

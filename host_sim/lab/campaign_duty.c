@@ -30,6 +30,7 @@
 #define STOPS_HANDOVER  2.0  /* [-] a quarter of the energy that half of a cycle of the load takes */
 #define STOP_SECONDS    0.5  /* [s] that a quick stop may take in addition to the braking time */
 #define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
+#define SWITCH_ON_SPEED 0.9  /* [-] of the trip, from which on the refusal `overspeed` is true */
 #define LINK_NOISE      4.0  /* [-] accepted number of standard deviations of the link's noise */
 #define LINK_STEP       0.5  /* [V] of the converter of the link's voltage, and of its filter */
 
@@ -348,16 +349,19 @@ static bool brakes(const campaign_watch_t *watch, const uint32_t *rows)
 
 /* True if a speed can be expected. It is false with a latched fault, which is judged by its reason; during a
  * stop, which ends first; while a start is refused because `enable` was on at a reset; and while a load
- * drives the shaft beyond the trip, because the bridge then does not come on. */
+ * drives the shaft beyond the trip, or with an encoder beyond the share from which on this is the refusal,
+ * because the bridge then does not come on. */
 static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, double load)
 {
     const campaign_duty_t *duty = &watch->duty;
-    if (rows[CAMPAIGN_AT_state] <= watch->ready &&
-        fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed) {
+    const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);
+    const bool refused = rows[CAMPAIGN_AT_refusal] == (uint32_t)REASON_OVERSPEED;
+    const double most = (refused ? SWITCH_ON_SPEED : 1.0) * watch->overspeed;
+    if (rows[CAMPAIGN_AT_state] <= watch->ready && fabs(speed) > most) {
         return false;
     }
     if (is_beyond_base(watch, campaign_number(rows, CAMPAIGN_AT_speed_request)) ||
-        is_beyond_base(watch, campaign_number(rows, CAMPAIGN_AT_true_omega_m))) {
+        is_beyond_base(watch, speed)) {
         return false;
     }
     return duty->healthy && !duty->limited && !(duty->soft && duty->brakes) && load <= REACH_LOAD &&

@@ -121,10 +121,12 @@ static void print_trial(const motor_sheet_t *sheet, const motor_trial_t *trial)
 {
     const double rated =
         trial->motor.has[MOTOR_SPEED] ? trial->motor.value[MOTOR_SPEED] : trial->tune.speed_top;
-    printf("| %s | %.0f W | %.4g V | %.0f of %.0f r/min | %.3g of %.3g N m | %.1f %% | %.0f | %.0f | %s |\n",
+    printf("| %s | %.0f W | %.4g V | %.0f of %.0f r/min | %.3g of %.3g N m | %.1f %% | %.0f | %.0f | %.0f | "
+           "%.0f at %s | %s |\n",
            sheet->name, power(&trial->motor, &trial->tune), trial->tune.link, trial->tune.speed_top / RPM,
            rated / RPM, trial->load, trial->motor.value[MOTOR_TORQUE], 100.0 * trial->speed_error,
-           1e3 * trial->angle_mean, 1e3 * trial->angle_sd,
+           1e3 * trial->angle_mean, 1e3 * trial->angle_sd, 1e3 * trial->grid_mean, 1e3 * trial->grid_sd,
+           trial->grid_at[0] != '\0' ? trial->grid_at : "-",
            trial->met ? (trial->tune.needs_encoder ? "runs, with an encoder" : "runs") : trial->miss);
 }
 
@@ -141,8 +143,9 @@ static int walk(const motors_options_t *options)
         return EXIT_INTERNAL;
     }
     if (options->check) {
-        printf("| motor | rated | link | top speed | load | speed error | angle, mrad | its SD | |\n"
-               "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+        printf(
+            "| motor | rated | link | top speed | load | speed error | angle, mrad | its SD | grid: angle | "
+            "its SD | |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
     }
     printf(options->json ? "{\"motors\": [" : "");
     for (int n = 0; n < count; n++) {
@@ -150,7 +153,7 @@ static int walk(const motors_options_t *options)
         scenario_error_t error;
         bool good = motor_read_library(names[n], &sheet, &error);
         if (good && options->check) {
-            good = motor_trial(&sheet, &trial, &error);
+            good = motor_trial(&sheet, &trial, &error) && motor_trial_grid(&sheet, &trial, &error);
         } else if (good) {
             good = motor_make(&sheet, &trial.motor, &error) && tune_motor(&trial.motor, &trial.tune, &error);
         }
@@ -186,7 +189,10 @@ int command_motors(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {"check", 'c', NULL, 0,
-         "run each motor with the parameters of `lagless tune`: cold start to the top speed, then load", 0},
+         "run each motor with the parameters of `lagless tune`: cold start to the top speed, then load; and "
+         "a "
+         "grid of speeds and loads",
+         0},
         ARGUMENTS_BOARD,
         {"keys", 'k', NULL, 0, "list the keys of a motor's file, as Markdown", 0},
         {0}};
@@ -210,7 +216,8 @@ int command_motors(int argc, char **argv)
     motor_sheet_t sheet;
     scenario_error_t error;
     if (!motor_read(options.name, &sheet, &error) || !motor_make(&sheet, &trial.motor, &error) ||
-        (options.check && !motor_trial(&sheet, &trial, &error))) {
+        (options.check &&
+         !(motor_trial(&sheet, &trial, &error) && motor_trial_grid(&sheet, &trial, &error)))) {
         return complain("motors", options.name, &error);
     }
     if (options.check) {

@@ -1,5 +1,5 @@
-/* Runs and judges the scenario of a motor (tune_scenario): cold start without an encoder to the top speed,
- * and load, with the parameters of tune. */
+/* Runs and judges the scenarios of a motor, with the parameters of tune: cold start without an encoder to the
+ * top speed, and load (tune_scenario); then a grid of speeds and loads (tune_grid). */
 #ifndef HOST_SIM_LAB_MOTOR_TRIAL_H
 #define HOST_SIM_LAB_MOTOR_TRIAL_H
 
@@ -16,13 +16,19 @@ typedef struct {
     double speed_error; /* [-] of the top speed, mean under load */
     double angle_mean;  /* [rad] electrical, estimate minus truth, under load */
     double angle_sd;    /* [rad] */
-    double seconds;     /* [s] simulated */
-    bool met;           /* all expectations of its scenario are met */
+    double grid_mean;   /* [rad] largest mean error of the angle at the points of the grid, its magnitude */
+    double grid_sd;     /* [rad] largest standard deviation there */
+    char grid_at[80];   /* point of the largest standard deviation: speed and load */
+    double seconds;     /* [s] simulated, of the first scenario */
+    bool met;           /* all expectations of the scenarios that ran are met */
     char miss[480];     /* "" or the first expectation that failed, or the fault */
 } motor_trial_t;
 
 /* false: the motor cannot be read, tuned or run; `error` has the message. `trial` is too large for the stack
  * of a thread. */
 bool motor_trial(const motor_sheet_t *sheet, motor_trial_t *trial, scenario_error_t *error);
+
+/* The grid of a motor whose first trial was met; otherwise nothing. */
+bool motor_trial_grid(const motor_sheet_t *sheet, motor_trial_t *trial, scenario_error_t *error);
 
 #endif

@@ -61,6 +61,11 @@ void tune_print(FILE *to, const tune_t *tune, const char *comment);
  * The motor is written as it was given, by its name in the library or key by key. */
 void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, const tune_t *tune);
 
+/* Writes a scenario with three speeds, from the top speed to 0.3 of it and not below the hand-over, and
+ * with none, half and all of the load at each. For each of these points there are two expectations, with the
+ * name of the point: the mean of the angle error, and its standard deviation. */
+void tune_grid(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, const tune_t *tune);
+
 /* Time [s] in which a load [N m] may rise evenly without reducing the speed [rad/s] by more than 3 %. The
  * speed control with the bandwidth w, 1/14 of the loop's, has a speed error of rate/(J w^2). */
 double tune_load_time(double torque, double speed, double inertia, double bandwidth);

@@ -8,7 +8,16 @@
 #define PI  3.14159265358979323846
 #define RPM (PI / 30.0)
 
-#define ANGLE_MOST 0.03 /* [rad] mean error of the estimate under load */
+#define ANGLE_MOST   0.03 /* [rad] mean error of the estimate under load */
+#define SCATTER_MOST 0.05 /* [rad] its standard deviation */
+
+/* The grid: shares of the top speed and of the load there [-]. */
+static const double grid_speeds[] = {1.0, 0.6, 0.3};
+static const double grid_loads[] = {0.0, 0.5, 1.0};
+#define GRID_SPEEDS   (sizeof grid_speeds / sizeof grid_speeds[0])
+#define GRID_LOADS    (sizeof grid_loads / sizeof grid_loads[0])
+#define GRID_HANDOVER 1.3 /* [-] of the hand-over speed: the estimate is not used below it */
+#define GRID_SECONDS  0.2 /* [s] in which a point is judged */
 
 static double row_value(const tune_t *tune, const char *name)
 {
@@ -82,6 +91,8 @@ typedef struct {
     double settled; /* the drive carries the load from here on */
     double end;
     double first_load, load_torque; /* [N m] */
+    double rate;                    /* [rad/s^2] of the speed */
+    double loop;                    /* [rad/s] bandwidth of the speed control */
 } plan_t;
 
 static plan_t make_plan(const motor_t *motor, const tune_t *tune)
@@ -99,8 +110,9 @@ static plan_t make_plan(const motor_t *motor, const tune_t *tune)
     /* catch, alignment, a ramp to at most 0.3 of overspeed_trip, hand-over */
     const double forced = fmax(0.3, 0.42 * tune->speed_top * inertia / (0.15 * torque));
     plan.running = ceil(10.0 * (0.1 + 16.0 / natural + forced + 1.2)) / 10.0;
-    const double way = tune->speed_top / (ramp > 0.0 && ramp < able ? ramp : able);
-    plan.top = ceil(10.0 * (plan.running + way + 12.0 / loop)) / 10.0;
+    plan.loop = loop;
+    plan.rate = ramp > 0.0 && ramp < able ? ramp : able;
+    plan.top = ceil(10.0 * (plan.running + tune->speed_top / plan.rate + 12.0 / loop)) / 10.0;
     plan.load = plan.top + 0.3;
     plan.ramp = ceil(20.0 * tune_load_time(plan.load_torque, tune->speed_top, inertia, 14.0 * loop)) / 20.0;
     plan.settled = ceil(10.0 * (plan.load + plan.ramp + 15.0 / loop)) / 10.0;
@@ -144,24 +156,14 @@ static void write_expect(FILE *to, const char *name, const char *signal, const c
     }
 }
 
-void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, const tune_t *tune)
+/* The motor, and as comments the parameters that follow from it. */
+static void write_rows(FILE *to, const motor_sheet_t *sheet, const tune_t *tune)
 {
-    const plan_t plan = make_plan(motor, tune);
     motor_sheet_t library;
     scenario_error_t ignored;
     const bool of_library = motor_read_library(sheet->name, &library, &ignored) &&
                             memcmp(library.has, sheet->has, sizeof sheet->has) == 0 &&
                             memcmp(library.value, sheet->value, sizeof sheet->value) == 0;
-    fprintf(to,
-            "# Written by `lagless tune`.\nschema = 1\n%stitle = \"%.80s: cold start %s encoder to %.0f "
-            "r/min, load %.3g N m\"\n\n",
-            boards_line(), sheet->name, tune->needs_encoder ? "with an" : "without", tune->speed_top / RPM,
-            plan.load_torque);
-    fprintf(
-        to,
-        "[run]\nduration = %.6g\nrecord = [\"manoeuvre\", \"true_omega_m\", \"omega_m_ref\", \"i_d\", "
-        "\"i_q\", \"true_i_a\", \"theta_hat_err\", \"e_amplitude\", \"lock_losses\", \"fault_reason\"]\n\n",
-        plan.end);
     write_motor(to, sheet, of_library);
     fprintf(to, "\n# Parameters that follow from [motor]; a value that you set in [params] or [plant] "
                 "has priority.\n");
@@ -172,6 +174,22 @@ void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, c
     if (tune->needs_encoder) { /* [motor] does not set this row */
         fprintf(to, "[params]\nposition_source = \"encoder\"\n");
     }
+}
+
+void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, const tune_t *tune)
+{
+    const plan_t plan = make_plan(motor, tune);
+    fprintf(to,
+            "# Written by `lagless tune`.\nschema = 1\n%stitle = \"%.80s: cold start %s encoder to %.0f "
+            "r/min, load %.3g N m\"\n\n",
+            boards_line(), sheet->name, tune->needs_encoder ? "with an" : "without", tune->speed_top / RPM,
+            plan.load_torque);
+    fprintf(
+        to,
+        "[run]\nduration = %.6g\nrecord = [\"manoeuvre\", \"true_omega_m\", \"omega_m_ref\", \"i_d\", "
+        "\"i_q\", \"true_i_a\", \"theta_hat_err\", \"e_amplitude\", \"lock_losses\", \"fault_reason\"]\n\n",
+        plan.end);
+    write_rows(to, sheet, tune);
     fprintf(
         to,
         "\n[start]\nangle = 2 # [rad] unknown to the drive\n\n[requests]\nenable = \"on\"\nspeed_request = "
@@ -191,5 +209,62 @@ void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, c
     write_expect(to, "angle under load", "theta_hat_err", NULL, "mean", plan.settled, 0.0, -ANGLE_MOST,
                  ANGLE_MOST);
     write_expect(to, "and its scatter", "theta_hat_err", NULL, "sd", plan.settled, 0.0, -(double)INFINITY,
-                 0.05);
+                 SCATTER_MOST);
+}
+
+/* ---- its grid ---- */
+
+/* Writes the change by half of the load to this one [N m] at this time [s]; the time from which on the drive
+ * carries it. */
+static double write_load(FILE *to, const plan_t *plan, double time, double load)
+{
+    const double ramp = 0.5 * plan->ramp;
+    fprintf(to, "\n[[at]]\ntime = %.6g\nramp = %.6g\nplant.load_torque = %.6g # [N m]\n", time, ramp, load);
+    return time + ramp + 15.0 / plan->loop;
+}
+
+static void write_point(FILE *to, double speed, double load, double from)
+{
+    char name[80];
+    const double end = from + GRID_SECONDS;
+    snprintf(name, sizeof name, "%.0f r/min, %.3g N m", speed / RPM, load);
+    write_expect(to, name, "theta_hat_err", NULL, "mean", from, end, -ANGLE_MOST, ANGLE_MOST);
+    write_expect(to, name, "theta_hat_err", NULL, "sd", from, end, -(double)INFINITY, SCATTER_MOST);
+}
+
+void tune_grid(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, const tune_t *tune)
+{
+    const plan_t plan = make_plan(motor, tune);
+    const double each = GRID_LOADS * (0.5 * plan.ramp + 15.0 / plan.loop + GRID_SECONDS);
+    const double most =
+        plan.top + 0.3 + GRID_SPEEDS * (each + 12.0 / plan.loop) + tune->speed_top / plan.rate;
+    fprintf(to,
+            "# Written by `lagless motors --check`.\nschema = 1\n%stitle = \"%.80s: speeds and loads\"\n\n"
+            "[run]\nduration = %.6g\n\n",
+            boards_line(), sheet->name, most);
+    write_rows(to, sheet, tune);
+    fprintf(to, "\n[start]\nangle = 2\n\n[requests]\nenable = \"on\"\nspeed_request = %.6g\n",
+            tune->speed_top);
+    double time = plan.top + 0.3;
+    double before = tune->speed_top;
+    for (size_t n = 0; n < GRID_SPEEDS; n++) {
+        const double speed = grid_speeds[n] * tune->speed_top;
+        if (n != 0 && speed < GRID_HANDOVER * tune->handover) {
+            break;
+        }
+        if (n != 0) {
+            fprintf(to, "\n[[at]]\ntime = %.6g\nrequests.speed_request = %.6g\n", time, speed);
+            time += (before - speed) / plan.rate + 12.0 / plan.loop;
+        }
+        before = speed;
+        for (size_t k = 0; k < GRID_LOADS; k++) {
+            const size_t share =
+                n % 2u == 0u ? k : GRID_LOADS - 1u - k; /* each speed begins with the load of the last */
+            const double load = grid_loads[share] * plan.load_torque;
+            time = k != 0 ? write_load(to, &plan, time, load) : time;
+            write_point(to, speed, load, time);
+            time += GRID_SECONDS;
+        }
+    }
+    write_expect(to, "never lost", "lock_losses", NULL, "max", 0.0, 0.0, -(double)INFINITY, 0.0);
 }

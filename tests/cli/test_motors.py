@@ -74,6 +74,18 @@ class Motors(TestCase):
         inductance, carrier, link, ripple = re.search(r"\((\d+) uH at (\d+) kHz and (\d+) V: ([\d.]+) A\)", PAGE).groups()
         self.assertAlmostEqual(float(ripple), int(link) / (int(carrier) * 1e3) / (6 * int(inductance) * 1e-6), 1)
 
+    def test_check_judges_three_speeds_and_three_loads(self):
+        done = lagless("motors", "estun-emj-04apb22", "--check")
+        self.expect(0, done)
+        cells = [cell.strip() for cell in done.stdout.strip().split("|")]
+        top, load = float(cells[4].split()[0]), float(cells[5].split()[0])
+        self.assertLess(float(cells[9]), 30)
+        scatter, speed, torque = re.fullmatch(r"(\d+) at (\d+) r/min, (\S+) N m", cells[10]).groups()
+        self.assertLess(float(scatter), 50)
+        self.assertIn(round(float(speed) / top, 3), (0.3, 0.6, 1.0))
+        self.assertIn(round(float(torque) / load, 2), (0.0, 0.5, 1.0))
+        self.assertEqual("runs", cells[11])
+
     def test_the_tables_of_the_page_are_the_program_s(self):
         done = subprocess.run([sys.executable, os.path.join(ROOT, "tools", "motors-docs"), "--check", LAGLESS],
                               capture_output=True, text=True)

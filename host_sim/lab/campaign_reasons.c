@@ -120,7 +120,7 @@ static const struct {
     {REASON_BAD_SAMPLE, IN_STUCK | IN_CURRENT, BY_CURRENT},
     {REASON_ENCODER_PHASE, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
-    {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
+    {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_CURRENT | IN_LEG | IN_WIRES, BY_FAULT},
     /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor; the
      * observed voltages have the scale of the shown link; those that are missing in two phases lie beside the
      * axes of all three, as the error of a wrong encoder does; without a requested current in its phase only

@@ -27,12 +27,13 @@
 #define LEAST_ROOM      0.15 /* [-] of rated torque, that is available for acceleration */
 #define START_SECONDS   1.8  /* [s] that a start without encoder may take */
 #define ENCODER_SECONDS 0.4  /* [s] the same with the encoder */
-#define STOPS_HANDOVER  2.0  /* [-] a quarter of the energy that half of a cycle of the load takes */
-#define STOP_SECONDS    0.5  /* [s] that a quick stop may take in addition to the braking time */
-#define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
-#define SWITCH_ON_SPEED 0.9  /* [-] of the trip, from which on the refusal `overspeed` is true */
-#define LINK_NOISE      4.0  /* [-] accepted number of standard deviations of the link's noise */
-#define LINK_STEP       0.5  /* [V] of the converter of the link's voltage, and of its filter */
+#define STOPS_HANDOVER                                                                                       \
+    1.1 /* [-] of the speed of the hand-over: a start failed from 1.27 on, and not at 1.1 */
+#define STOP_SECONDS    0.5 /* [s] that a quick stop may take in addition to the braking time */
+#define STOP_SHARE      3.0 /* [-] of the time that rated torque needs to stop all that turns */
+#define SWITCH_ON_SPEED 0.9 /* [-] of the trip, from which on the refusal `overspeed` is true */
+#define LINK_NOISE      4.0 /* [-] accepted number of standard deviations of the link's noise */
+#define LINK_STEP       0.5 /* [V] of the converter of the link's voltage, and of its filter */
 
 static double drag_of(const campaign_case_t *drawn)
 {
@@ -66,17 +67,23 @@ static double winding_time(const campaign_duty_t *duty, double torque, double er
     return fmin(torque / (duty->winding * error), ANSWER_MOST);
 }
 
-/* [rad/s] Speed below which the mean speed of a window contains the change of the speed by a load that varies
- * with the angle, or below which a shaft by itself does not pass the largest torque A of this load: its
- * energy, J w^2/2, is then less than the 2 A/n that the load takes in half of one of its n cycles. The shaft
- * stops in every cycle, until the integral of the speed control has reached A, and is then released. */
+/* [rad/s] Speed below which a shaft by itself does not pass the largest torque A of a load that varies with
+ * the angle: its energy, J w^2/2, is then less than the 2 A/n that the load takes in half of one of its n
+ * cycles. The shaft stops in every cycle, until the integral of the speed control has reached A, and is then
+ * released. */
+static double passing_speed(const campaign_case_t *drawn, double torque)
+{
+    const double most = CAMPAIGN_VALUE(drawn, sine) * torque;
+    return most != 0.0 ? 2.0 * sqrt(most / (CAMPAIGN_VALUE(drawn, sine_cycles) * campaign_inertia(drawn)))
+                       : 0.0;
+}
+
+/* [rad/s] The same, or the speed below which the mean speed of a window contains the change of the speed by
+ * such a load. */
 static double uneven_of(const campaign_case_t *drawn, double torque)
 {
-    const double cycles = CAMPAIGN_VALUE(drawn, sine_cycles);
-    const double most = CAMPAIGN_VALUE(drawn, sine) * torque;
-    return most != 0.0
-               ? fmax(TURN / WINDOW_SECONDS / cycles, 2.0 * sqrt(most / (cycles * campaign_inertia(drawn))))
-               : 0.0;
+    const double passing = passing_speed(drawn, torque);
+    return passing > 0.0 ? fmax(TURN / WINDOW_SECONDS / CAMPAIGN_VALUE(drawn, sine_cycles), passing) : 0.0;
 }
 
 void campaign_duty_begin(campaign_watch_t *watch)
@@ -95,7 +102,7 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .drag = drag_of(drawn),
         .creep = creep_of(drawn, watch->motor.torque),
         .uneven = uneven_of(drawn, watch->motor.torque),
-        .needs_encoder = !campaign_has_encoder(drawn) && uneven_of(drawn, watch->motor.torque) >
+        .needs_encoder = !campaign_has_encoder(drawn) && passing_speed(drawn, watch->motor.torque) >
                                                              STOPS_HANDOVER * campaign_handover_speed(drawn),
         .answer = fmin(ANSWERS / campaign_speed_loop(drawn), ANSWER_MOST),
         .winding = winding(drawn),

@@ -27,6 +27,7 @@ typedef struct {
     double wrong_l;            /* [H] true minus assumed L, acts on e_d alone */
     double loop;               /* [rad/s] bandwidth of the tracking loop; 0: its angle is constant */
     double swing;              /* [-] i_q per i_d, delayed by 5 ms */
+    double swing_d;            /* [A] amplitude of i_d at 220 Hz, beside the dither */
     double control;            /* [rad/s] frequency of a speed control of damping 0.2; 0: none */
     double shaft;              /* [rad/s] resonance of the shaft; 0: it is stiff */
     double detector;           /* [-] reading of the detector */
@@ -168,7 +169,8 @@ static void run(const motor_t *motor, double seconds)
                                           .theta = (float)remainder(rotor + ahead, 2.0 * PI),
                                           .sound = motor->sound,
                                           .voltage_known = !motor->voltage_unknown};
-        period(n, (dq_t){(float)drop, (float)emf}, (dq_t){(float)i_d, (float)i_q}, &input);
+        const double beside = motor->swing_d * sin(2.0 * PI * 220.0 * time_now);
+        period(n, (dq_t){(float)drop, (float)emf}, (dq_t){(float)(i_d + beside), (float)i_q}, &input);
         const dq_t dither = x.dither;
         i_d += 0.1 * (motor->follows * (double)dither.d - i_d);
         i_d_slow += 0.02 * (i_d - i_d_slow);
@@ -707,6 +709,22 @@ static void test_a_result_agrees_only_with_that_of_the_cycle_before(void)
         }
         TEST_ASSERT_GREATER_THAN_UINT32(25u, cycles);
         TEST_ASSERT_TRUE(broken != 0 ? x.learnt.value == x.learnt.from : ratio() > 0.9);
+    }
+}
+
+/* A harmonic of the EMF swings i_d, by less and by more than the dither of 0.5 A, whose mean square is 8/15
+ * of its square and not one half. With the larger swing the dead time answers to the dither, too, and nothing
+ * is learnt. */
+static void test_nothing_is_learnt_beside_a_swing_larger_than_the_dither(void)
+{
+    for (int n = 0; n < 4; n++) {
+        motor_t motor = usual();
+        motor.omega = n < 2 ? 400.0 : -400.0;
+        motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
+        motor.swing_d = (n % 2 == 0 ? 0.8 : 1.3) * 0.5;
+        begin(&motor);
+        run(&motor, 3.0);
+        TEST_ASSERT_TRUE(n % 2 == 0 ? ratio() > 0.95 : x.learnt.value == x.learnt.from);
     }
 }
 

@@ -17,9 +17,9 @@
 #define REMAINS       0.125f    /* [-] of the opposing current: twice the swing that its decay leaves */
 #define VAIN_CYCLES   16u       /* [-] */
 #define WAVE_SQUARE   0.53333333f /* mean of s^2 [-] */
+#define SWINGS        2.0f        /* [-] of the mean square of the dither: i_d swings beside it by as much */
 #define SHARE_MAX     0.5f        /* [-] */
-#define ANSWER_MIN    0.5f        /* [-] of the commanded i_d */
-#define ANSWER_MAX    1.5f        /* [-] of the commanded i_d */
+#define ANSWER_OFF    0.5f        /* [-] of the commanded i_d: largest difference */
 #define EMF_MIN       0.5f        /* [-] of psi_f |omega| */
 #define SETTLED       0.2f /* [-] of the initial rate: at this rate R has been learnt for long enough */
 #define CERTAIN       0.9f /* [-] confidence from which a learnt value is kept at once */
@@ -259,8 +259,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     x->follows = 0u;
     x->which = which;
     x->left = x->tuning.wave[x->which].steps;
-    x->sound = 1u;
-    x->voltage_known = input->voltage_known ? 1u : 0u;
+    x->marks = input->voltage_known ? INDUCTANCE_SOUND | INDUCTANCE_KNOWN : INDUCTANCE_SOUND;
     x->t = -1.0f;
     x->omega = input->omega_smooth;
     x->sum = (inductance_sums_t){.detector = 0.0f};
@@ -319,8 +318,7 @@ static bool is_in_vain(const inductance_swing_t *swing, float current, float s, 
 /* The next cycle opposes the swing of i_q that this one has measured, unless its L is not plausible. A share
  * of the opposing current decays: where the frequency of the dither is a resonance of the shaft, the speed
  * control turns the answer to it by a quarter of a cycle and more, and the opposing current would grow. If it
- * grows nevertheless, the next cycle has another frequency, and what the swing has taught is discarded
- * (docs/theory.md, 24). */
+ * grows nevertheless, the next cycle has another frequency, and what the swing has taught is discarded. */
 static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausible)
 {
     inductance_swing_t *swing = &x->swing;
@@ -373,7 +371,8 @@ static steadiness_t steadiness(const inductance_t *x, float omega)
     if (drift <= INDUCTANCE_R_SPEED_DRIFT * speed) {
         return STEADY;
     }
-    return drift <= INDUCTANCE_SPEED_DRIFT * speed && x->voltage_known != 0u && loaded(x, x->mean.q)
+    return drift <= INDUCTANCE_SPEED_DRIFT * speed && (x->marks & INDUCTANCE_KNOWN) != 0u &&
+                   loaded(x, x->mean.q)
                ? RIPPLED
                : UNSTEADY;
 }
@@ -384,9 +383,10 @@ static void end(inductance_t *x, float omega_smooth)
     const float told = x->tuning.current;
     const float answer = wave->per_sum * x->sum.answer;
     const steadiness_t steady = steadiness(x, omega_smooth);
-    x->follows = x->sound != 0u && answer > ANSWER_MIN * told && answer < ANSWER_MAX * told;
-    const bool valid =
-        steady != UNSTEADY && x->follows != 0u && is_locked(x, wave, bounds_magnitude(omega_smooth));
+    x->follows = (x->marks & INDUCTANCE_SOUND) != 0u && bounds_within(answer - told, ANSWER_OFF * told);
+    const bool swings = x->sum.square > SWINGS * WAVE_SQUARE * (float)wave->steps * told * told;
+    const bool valid = steady != UNSTEADY && !swings && x->follows != 0u &&
+                       is_locked(x, wave, bounds_magnitude(omega_smooth));
     const float said = valid ? said_by(x, omega_smooth) : 0.0f;
     bool learnt = false;
     if (valid) {
@@ -395,7 +395,7 @@ static void end(inductance_t *x, float omega_smooth)
     if (said > 0.0f) {
         const inductance_tuning_t *tuning = &x->tuning;
         const float time = (float)wave->steps * tuning->time;
-        if (tuning->ratio != 0.0f && steady == STEADY && x->voltage_known != 0u &&
+        if (tuning->ratio != 0.0f && steady == STEADY && (x->marks & INDUCTANCE_KNOWN) != 0u &&
             bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
             learnt = true;
@@ -461,9 +461,10 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->emf_mean.q = lowpass_step(x->emf_mean.q, share, input->emf.q);
     x->mean.d = lowpass_step(x->mean.d, share, input->current.d);
     x->mean.q = lowpass_step(x->mean.q, share, input->current.q);
+    const float step = x->tuning.wave[x->which].step;
     const float s = wave_at(x->t);
     const float c = wave_at(later(x->t, 0.5f));
-    const float t = later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step);
+    const float t = later(x->t, x->tuning.ahead * step);
     const float given = wave_at(t);
     const float d = x->tuning.current * given;
     x->dither =
@@ -476,6 +477,7 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->sum.emf_c += e_q * c;
     x->sum.answer += i_d * s;
     x->sum.answer_c += i_d * c;
+    x->sum.square += i_d * i_d;
     x->swing.s += i_q * s;
     x->swing.c += i_q * c;
     const float moved = angle_wrap(input->theta - x->theta) - x->tuning.time * x->omega;
@@ -488,9 +490,9 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->sum.drop_c += drop * c;
     x->sum.detector += bounds_magnitude(input->detector);
     if (!input->sound) {
-        x->sound = 0u;
+        x->marks &= ~INDUCTANCE_SOUND;
     }
-    x->t += x->tuning.wave[x->which].step;
+    x->t += step;
     x->left--;
     if (x->left == 0u) {
         end(x, input->omega_smooth);

@@ -25,12 +25,12 @@
  * i_d swing at these frequencies (docs/theory.md, 24).
  *
  * A cycle has a result only if throughout the cycle the samples were sound, the loop was locked, the speed
- * was constant, i_d followed its command and the EMF was present, and if the resulting L is plausible. The
- * result is used only if it agrees with the one before, and while most results agree. Where no result is
- * possible, at low speed or without torque, there is no dither. The same applies where the response omega L
- * i_d is so small that errors of the dead time exceed it, as with a motor of 0.1 mH, or where i_q is smaller
- * than the change of the current by the EMF in T, at less than RIPPLE_TURN: the signs of the phase currents
- * then change within T.
+ * was constant, i_d followed its command and swung beside it by less than the dither, and the EMF was
+ * present, and if the resulting L is plausible. The result is used only if it agrees with the one before, and
+ * while most results agree. Where no result is possible, at low speed or without torque, there is no dither.
+ * The same applies where the response omega L i_d is so small that errors of the dead time exceed it, as with
+ * a motor of 0.1 mH, or where i_q is smaller than the change of the current by the EMF in T, at less than
+ * RIPPLE_TURN: the signs of the phase currents then change within T.
  *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the
@@ -98,6 +98,10 @@
 #define INDUCTANCE_SALIENT_LEAST 1.5f     /* [-] L_q/L_d of a salient rotor from which L_q is learnt */
 #define INDUCTANCE_SALIENT_MIN   0.75f    /* [-] of the parameter, of a salient rotor, which stays one */
 
+/* Bits of `marks`: all samples of the cycle were sound; the voltage was known when it began. */
+#define INDUCTANCE_SOUND UINT32_C(1)
+#define INDUCTANCE_KNOWN UINT32_C(2)
+
 typedef struct {
     float inductance_d;    /* assumed L_d [H], above 0 */
     float inductance_q;    /* assumed L_q without saturation [H], above 0 */
@@ -164,6 +168,7 @@ typedef struct {
     float answer;   /* sum((i_d - mean) s) [A] */
     float drop_c;   /* the sum of `drop` with c [V] */
     float answer_c; /* sum((i_d - mean) c) [A] */
+    float square;   /* sum((i_d - mean)^2) [A^2] */
 } inductance_sums_t;
 
 /* The components of i_q in step with the wave and a quarter of a cycle ahead, and the current that opposes
@@ -188,20 +193,19 @@ typedef struct {
     float said;                /* result of the last cycle [H] */
     inductance_look_t look;
     /* of the cycle */
-    uint32_t left;          /* remaining steps [-]; 0: no cycle */
-    uint32_t sound;         /* [-] 1: all samples so far were sound */
-    uint32_t voltage_known; /* [-] 1: the voltage was known when it began */
-    uint32_t follows;       /* [-] 1: the cycle before was sound: the low-passes continue */
-    uint32_t which;         /* [-] index of its frequency */
-    float t;                /* position in the wave [-], -1..1 */
-    float omega;            /* at the beginning [rad/s] */
-    float theta;            /* at the last step [rad] */
-    float turned;           /* high-pass of the loop's angle [rad] */
-    float flux;             /* change of the flux along q per angle of the loop, at the beginning [Wb] */
-    float along;            /* t: i_q of the dither over its i_d at constant torque [-] */
-    dq_t emf_mean;          /* low-pass of the EMF [V] */
-    dq_t mean;              /* low-pass of the current [A] */
-    inductance_sums_t sum;  /* of the cycle */
+    uint32_t left;         /* remaining steps [-]; 0: no cycle */
+    uint32_t marks;        /* [-] bits: the samples were sound, the voltage was known */
+    uint32_t follows;      /* [-] 1: the cycle before was sound: the low-passes continue */
+    uint32_t which;        /* [-] index of its frequency */
+    float t;               /* position in the wave [-], -1..1 */
+    float omega;           /* at the beginning [rad/s] */
+    float theta;           /* at the last step [rad] */
+    float turned;          /* high-pass of the loop's angle [rad] */
+    float flux;            /* change of the flux along q per angle of the loop, at the beginning [Wb] */
+    float along;           /* t: i_q of the dither over its i_d at constant torque [-] */
+    dq_t emf_mean;         /* low-pass of the EMF [V] */
+    dq_t mean;             /* low-pass of the current [A] */
+    inductance_sums_t sum; /* of the cycle */
     inductance_swing_t swing;
     dq_t dither; /* to be added to the references until the next step [A] */
 } inductance_t;

@@ -130,6 +130,12 @@ static void print_trial(const motor_sheet_t *sheet, const motor_trial_t *trial)
            trial->met ? (trial->tune.needs_encoder ? "runs, with an encoder" : "runs") : trial->miss);
 }
 
+/* The start and the grid of a motor. */
+static bool try_motor(const motor_sheet_t *sheet, motor_trial_t *trial, scenario_error_t *error)
+{
+    return motor_trial(sheet, trial, error) && motor_trial_grid(sheet, trial, error);
+}
+
 /* Each motor, one after the other: by its line, or its trial. */
 static int walk(const motors_options_t *options)
 {
@@ -153,7 +159,7 @@ static int walk(const motors_options_t *options)
         scenario_error_t error;
         bool good = motor_read_library(names[n], &sheet, &error);
         if (good && options->check) {
-            good = motor_trial(&sheet, &trial, &error) && motor_trial_grid(&sheet, &trial, &error);
+            good = try_motor(&sheet, &trial, &error);
         } else if (good) {
             good = motor_make(&sheet, &trial.motor, &error) && tune_motor(&trial.motor, &trial.tune, &error);
         }
@@ -189,9 +195,8 @@ int command_motors(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {"check", 'c', NULL, 0,
-         "run each motor with the parameters of `lagless tune`: cold start to the top speed, then load; and "
-         "a "
-         "grid of speeds and loads",
+         "run each motor with the parameters of `lagless tune`: cold start to the top speed, then "
+         "load; and a grid of speeds and loads",
          0},
         ARGUMENTS_BOARD,
         {"keys", 'k', NULL, 0, "list the keys of a motor's file, as Markdown", 0},
@@ -216,8 +221,7 @@ int command_motors(int argc, char **argv)
     motor_sheet_t sheet;
     scenario_error_t error;
     if (!motor_read(options.name, &sheet, &error) || !motor_make(&sheet, &trial.motor, &error) ||
-        (options.check &&
-         !(motor_trial(&sheet, &trial, &error) && motor_trial_grid(&sheet, &trial, &error)))) {
+        (options.check && !try_motor(&sheet, &trial, &error))) {
         return complain("motors", options.name, &error);
     }
     if (options.check) {

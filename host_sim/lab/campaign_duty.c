@@ -27,13 +27,12 @@
 #define LEAST_ROOM      0.15 /* [-] of rated torque, that is available for acceleration */
 #define START_SECONDS   1.8  /* [s] that a start without encoder may take */
 #define ENCODER_SECONDS 0.4  /* [s] the same with the encoder */
-#define STOPS_HANDOVER                                                                                       \
-    1.1 /* [-] of the speed of the hand-over: a start failed from 1.27 on, and not at 1.1 */
-#define STOP_SECONDS    0.5 /* [s] that a quick stop may take in addition to the braking time */
-#define STOP_SHARE      3.0 /* [-] of the time that rated torque needs to stop all that turns */
-#define SWITCH_ON_SPEED 0.9 /* [-] of the trip, from which on the refusal `overspeed` is true */
-#define LINK_NOISE      4.0 /* [-] accepted number of standard deviations of the link's noise */
-#define LINK_STEP       0.5 /* [V] of the converter of the link's voltage, and of its filter */
+#define STOPS_HANDOVER  1.1  /* [-] of the hand-over speed: starts failed from 1.27 on, not at 1.1 */
+#define STOP_SECONDS    0.5  /* [s] that a quick stop may take in addition to the braking time */
+#define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
+#define SWITCH_ON_SPEED 0.9  /* [-] of the trip, from which on the refusal `overspeed` is true */
+#define LINK_NOISE      4.0  /* [-] accepted number of standard deviations of the link's noise */
+#define LINK_STEP       0.5  /* [V] of the converter of the link's voltage, and of its filter */
 
 static double drag_of(const campaign_case_t *drawn)
 {

@@ -99,6 +99,13 @@ static double held_by(const campaign_watch_t *watch, const uint32_t *rows)
     return THREE_LEGS * (lost + CAMPAIGN_VALUE(watch->drawn, drops) * drop);
 }
 
+uint32_t campaign_open_phase(const campaign_injected_t *injected)
+{
+    const char *row = campaign_faults[injected->kind].row;
+    return strcmp(row, "open_switches") == 0 ? (uint32_t)(injected->value / 2.0)
+                                             : (uint32_t)(row[strlen(row) - 1u] - 'a');
+}
+
 /* [A] Commanded current of the phase that a broken wire or switch interrupts, while the voltage must drive
  * it: its magnitude; for a switch only if the switch conducts this direction. */
 static double fed_by(const campaign_watch_t *watch, const campaign_injected_t *injected, const uint32_t *rows)
@@ -107,8 +114,8 @@ static double fed_by(const campaign_watch_t *watch, const campaign_injected_t *i
     const char *row = campaign_faults[injected->kind].row;
     const bool wire = strcmp(row, "open_switches") != 0;
     const double lower = wire ? 0.0 : fmod(injected->value, 2.0);
-    const double phase = wire ? (double)(row[strlen(row) - 1u] - 'a') : floor(injected->value / 2.0);
-    const double angle = campaign_number(rows, CAMPAIGN_AT_frame_theta_e) - PHASE_ANGLE * phase;
+    const double angle =
+        campaign_number(rows, CAMPAIGN_AT_frame_theta_e) - PHASE_ANGLE * campaign_open_phase(injected);
     const double current = kept->i_d * cos(angle) - kept->i_q * sin(angle);
     const double voltage = kept->u_d * cos(angle) - kept->u_q * sin(angle);
     const bool driven = (current < 0.0 ? -voltage : voltage) > held_by(watch, rows);

@@ -219,9 +219,10 @@ typedef struct {
     uint32_t quiet; /* [periods] time without current, with all gates off */
     bool drifted;   /* the offsets have changed, and there has been no time to measure them since */
     double step;    /* [A] by which they have changed; 0: they have been measured since */
-    bool heavy;     /* a load behind an elastic shaft may move the motor against its torque */
-    bool weak;      /* the injected fault is a weak magnet, whose EMF may count as missing */
-    bool fed; /* the rotor has fed the link since that change, so that the offsets could not be measured */
+    uint32_t opens[CAMPAIGN_FAULTS_MAX]; /* bit of the phase that this fault opens; 0: none */
+    bool heavy; /* a load behind an elastic shaft may move the motor against its torque */
+    bool weak;  /* the injected fault is a weak magnet, whose EMF may count as missing */
+    bool fed;   /* the rotor has fed the link since that change, so that the offsets could not be measured */
     uint32_t stopping; /* [-] causes that were present since a stop began; 0: the drive does not stop */
     int32_t reason;    /* [-] the reason that was compared last */
     int32_t shown;     /* [-] reason in the last period */
@@ -237,6 +238,9 @@ typedef struct {
     double i_d, i_q;                     /* [A] mean of the requested current in its frame */
     double u_d, u_q;                     /* [V] mean of the voltage beyond the EMF in this frame */
 } campaign_notices_t;
+
+/* Index of the phase that a broken wire or an open switch interrupts. */
+uint32_t campaign_open_phase(const campaign_injected_t *injected);
 
 /* campaign_pair.c: the angle error of a run, for the comparison with the same run without learning. */
 #define CAMPAIGN_ANGLE_WINDOWS 512u

@@ -1,5 +1,6 @@
 /* Judges the reports of a drive: the reason of a latched fault agrees with the true cause. */
 #include <math.h>
+#include <string.h>
 
 #include "host_sim/lab/campaign_parts.h"
 #include "settings/reasons.h"
@@ -169,11 +170,13 @@ void campaign_truth_begin(campaign_watch_t *watch)
     const double sensed = fabs(CAMPAIGN_VALUE(watch->drawn, dc_gain)) + 0.02;
     const double noise = 4.0 * CAMPAIGN_VALUE(watch->drawn, dc_noise);
     const double low = campaign_initial(watch->drawn, "dc_undervoltage");
+    uint32_t opens[CAMPAIGN_FAULTS_MAX];
     bool weak = false;
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         const campaign_injected_t *injected = &watch->drawn->faults[n];
         weak = weak || (what_of(injected) == IN_MAGNET &&
                         injected->value < MAGNET_LEFT * CAMPAIGN_VALUE(watch->drawn, flux_configured));
+        opens[n] = what_of(injected) == IN_WIRE ? UINT32_C(1) << campaign_open_phase(injected) : 0u;
     }
     watch->truth = (campaign_truth_t){
         .fast = FAST * watch->overspeed,
@@ -186,6 +189,7 @@ void campaign_truth_begin(campaign_watch_t *watch)
         .weak = weak,
         .heavy = CAMPAIGN_VALUE(watch->drawn, second_mass) > HEAVY_MASS,
     };
+    memcpy(watch->truth.opens, opens, sizeof opens);
 }
 
 /* ---- a true reason ---- */
@@ -220,8 +224,7 @@ static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t
 static bool is_unseen(const campaign_watch_t *watch, uint32_t period)
 {
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        if (campaign_is_there(watch, n, period) && !watch->notices.seen[n] &&
-            what_of(&watch->drawn->faults[n]) == IN_WIRE) {
+        if (campaign_is_there(watch, n, period) && !watch->notices.seen[n] && watch->truth.opens[n] != 0u) {
             return true;
         }
     }
@@ -303,23 +306,12 @@ static bool scales_voltages(const campaign_watch_t *watch, uint32_t period, doub
     return false;
 }
 
-/* Bit of the phase that an open wire or switch interrupts; 0: none. */
-static uint32_t opens(const campaign_injected_t *injected)
-{
-    const char *row = campaign_faults[injected->kind].row;
-    if (what_of(injected) != IN_WIRE) {
-        return 0u;
-    }
-    return UINT32_C(1) << (strcmp(row, "open_switches") == 0 ? (uint32_t)(injected->value / 2.0)
-                                                             : (uint32_t)(row[strlen(row) - 1u] - 'a'));
-}
-
 /* True if two phases are open. */
 static bool opens_two(const campaign_watch_t *watch, uint32_t period)
 {
     uint32_t phases = 0u;
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        phases |= campaign_is_there(watch, n, period) ? opens(&watch->drawn->faults[n]) : 0u;
+        phases |= campaign_is_there(watch, n, period) ? watch->truth.opens[n] : 0u;
     }
     return (phases & (phases - 1u)) != 0u;
 }

@@ -224,10 +224,9 @@ static void test_a_request_that_alternates_does_not_command_a_current_of_an_open
     }
 }
 
-/* Half of the 0.75 % of 20 A up to which a phase counts as one without current are 0.075 A. The offset of the
- * motor of 10 A is a share of its current. */
-/* Half of the limit of the law is 0.075 A, and rated current 10 A. In the mean of a window of eight periods
- * the sum of two samples has half of their noise. */
+/* Half of the 0.75 % of 20 A up to which a phase counts as one without current are 0.075 A. Offset and noise
+ * of the motor of 10 A are shares of its current. In the mean of a window of eight periods the sum of two
+ * samples has half of their noise. */
 static void test_an_open_phase_is_not_seen_by_a_sensor_with_a_moved_zero_or_with_noise(void)
 {
     static const struct {

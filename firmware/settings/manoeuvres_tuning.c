@@ -35,16 +35,19 @@ static float within(float value, float least, float most)
 }
 
 /* Share of the EMF at the encoder's speed that is fed forward [-]. It is 1, except for a rotor so light that
- * with an assumed flux which is too large by EMF_WRONG a current would accelerate it without a torque
- * reference (docs/theory.md, 15). */
+ * a current would accelerate it without a torque reference, because of an assumed flux which is too large by
+ * EMF_WRONG and the lag of the encoder's speed (docs/theory.md, 15). */
 static float known_emf(const params_t *params, const assumed_t *assumed)
 {
     const float flux = (float)params->motor_pole_pairs * assumed->flux_linkage;
     const current_control_params_t control = params_current_control(params, assumed);
-    const float holds = current_control_integral(&control) * assumed->inertia;
+    const float ki = current_control_integral(&control);
+    const float kp = control.inductance_q * control.bandwidth;
+    const float lag = 2.0f / params->encoder_bandwidth + 1.5f * DRIVE_PERIOD;
+    const float excess = EMF_WRONG * (1.0f + lag * ki / kp);
+    const float holds = ki * assumed->inertia;
     const float drives = 1.5f * flux * flux;
-    return within((1.0f + EMF_HELD * EMF_WRONG * EMF_WRONG * holds / drives) / EMF_WRONG, 1.0f / EMF_WRONG,
-                  1.0f);
+    return within((1.0f + EMF_HELD * EMF_WRONG * EMF_WRONG * holds / drives) / excess, 1.0f / excess, 1.0f);
 }
 
 /* Largest growth of a torque per window, as a current of psi_f [A]. */

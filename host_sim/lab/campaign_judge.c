@@ -9,6 +9,9 @@
 /* Time after the end of a fault in which its consequences are accepted [s]. */
 #define AFTERWARDS 0.1
 
+/* Time in which the drive detects a current sensor whose value does not change [s] (docs/theory.md, 27). */
+#define DETECTED_STILL 1.2e-3
+
 static const char *const judged[CAMPAIGN_JUDGED_ROWS] = {
 #define NAME(name) #name,
     CAMPAIGN_JUDGED(NAME)
@@ -94,10 +97,16 @@ static double offset_of_stuck(const campaign_case_t *drawn, const campaign_injec
                                                     : 0.0;
 }
 
-/* True if the q axis has no inductance left that limits the current of a stuck sensor. */
-static bool saturates_below_trip(const campaign_motor_t *motor)
+/* [A] Largest current that a wrong sensor excuses: the promise, or, if L is small, what half of the largest
+ * voltage of a phase, 2/3 U_dc, drives until the drive has detected a value that does not change. A q axis
+ * that saturates below its trip has no inductance left that limits the current. */
+static double ceiling_of(const campaign_case_t *drawn, const campaign_motor_t *motor, bool still)
 {
-    return motor->saturation != 0.0 && motor->saturation < motor->trip;
+    if (motor->saturation != 0.0 && motor->saturation < motor->trip) {
+        return (double)INFINITY;
+    }
+    const double driven = DETECTED_STILL * CAMPAIGN_VALUE(drawn, dc_voltage) / (3.0 * motor->inductance_d);
+    return still ? fmax(PROMISED_CURRENT, driven) : PROMISED_CURRENT;
 }
 
 /* [V] Length of the voltage vector that the fault of one leg takes at rated current: 2/3 of the leg's loss.
@@ -129,7 +138,7 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
         .bits = while_slow || uncoded ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
         .begins = campaign_periods(injected->time),
         .ends = ends(injected, fault),
-        .ceiling = limited && !saturates_below_trip(motor) ? PROMISED_CURRENT : (double)INFINITY,
+        .ceiling = limited ? ceiling_of(drawn, motor, until_told) : (double)INFINITY,
         .blind = while_slow
                      ? fmax(campaign_blind_speed(drawn), lost / (motor->flux_linkage * motor->pole_pairs))
                      : 0.0,

@@ -523,6 +523,24 @@ static void test_a_stuck_sensor_has_no_ceiling_if_the_motor_saturates_below_its_
     }
 }
 
+/* Half of 2/3 U_dc drives 0.4 ms U_dc/L in 1.2 ms. The largest current is drawn with the smallest inductance. */
+static void test_the_ceiling_of_a_stuck_sensor_grows_as_the_inductance_becomes_small(void)
+{
+    static const double currents[] = {1.0, 3.5, 10.0};
+    for (size_t n = 0; n < sizeof currents / sizeof currents[0]; n++) {
+        judge_anew("");
+        set_initial(&observed);
+        observed.quantities[CAMPAIGN_Q_motor_drawn] = 1.0;
+        observed.quantities[CAMPAIGN_Q_current] = currents[n];
+        observed.quantities[CAMPAIGN_Q_reactance] = 0.0;
+        inject("stuck_near_zero_a", 1980.0, 0.0);
+        const double driven =
+            0.4e-3 * observed.quantities[CAMPAIGN_Q_dc_voltage] / campaign_motor(&observed).inductance_d;
+        TEST_ASSERT_EQUAL_DOUBLE(n == 2u, driven > PROMISED_CURRENT);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, n == 2u ? driven : PROMISED_CURRENT, watch.excused[0].ceiling);
+    }
+}
+
 static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
 {
     judge_anew("swap_phases");

@@ -265,19 +265,21 @@ static void run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *se
 }
 
 /* A rotor that was caught again while turning against the reference keeps its speed until its lock is judged.
- * After two losses the closed loop does not reverse it; the forced frame does. */
+ * After two losses the closed loop only brakes it to the hand-over speed, and the forced frame reverses it. At
+ * a higher speed the step of the frame's angle would exceed what the current control can follow. */
 static void prove(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     manoeuvres_input_t kept = *input;
-    m->proving--;
-    if (input->wish.mode != RUN_SPEED || input->wish.omega_m_ref * m->omega_m_proved >= 0.0f) {
-        m->proving = 0u; /* the reference has changed */
-        run(m, input, setpoint);
-        return;
+    const bool against = input->wish.mode == RUN_SPEED && input->wish.omega_m_ref * m->omega_m_proved < 0.0f;
+    if (!against || (m->proving == MANOEUVRE_PROVED && m->losses.count < 2u)) {
+        m->proving = 0u; /* the reference has changed, or the rotor may be reversed */
+    } else if (m->proving > MANOEUVRE_PROVED) {
+        m->proving--;
+        kept.wish = (run_wish_t){RUN_SPEED, m->omega_m_proved, {0.0f, 0.0f}, 0.0f};
     }
-    kept.wish = (run_wish_t){RUN_SPEED, m->omega_m_proved, {0.0f, 0.0f}, 0.0f};
     run(m, &kept, setpoint);
-    if (m->proving == 0u && m->losses.count >= 2u && m->now == (int32_t)MANOEUVRE_RUN) {
+    if (m->proving == MANOEUVRE_PROVED && m->losses.count >= 2u && m->now == (int32_t)MANOEUVRE_RUN &&
+        bounds_within(input->estimate->omega_smooth, m->limits.handover_speed)) {
         manoeuvres_fall_back(m, input, setpoint);
     }
 }

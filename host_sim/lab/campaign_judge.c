@@ -284,19 +284,24 @@ static double offset_at(const campaign_watch_t *watch, uint32_t period)
 
 /* With all gates off, software can do no more: a rotor whose EMF exceeds the link voltage feeds the link
  * through the diodes. The same holds in the first periods of a catch, in which the drive has not yet measured
- * the speed: the drive does not cause a speed beyond overspeed_trip then. The trip has the error of the
- * measured currents: that of an offset that has changed, until it can be measured. It cannot be measured with
- * the bridge on, or while the rotor feeds the link. */
+ * the speed: the drive does not cause a speed beyond overspeed_trip then. The current of such a rotor brakes
+ * it, and continues below this speed. The trip has the error of the measured currents: that of an offset that
+ * has changed, until it can be measured. It cannot be measured with the bridge on, or while the rotor feeds
+ * the link. */
 static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     static const char *const names[3] = {"true_i_a", "true_i_b", "true_i_c"};
-    const bool fast = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed &&
-                      rows[CAMPAIGN_AT_manoeuvre] != watch->run;
     const double unknown = (watch->truth.fed ? watch->drift : 0.0) + offset_at(watch, period);
+    const double largest = fmax(fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a)),
+                                fmax(fabs(campaign_number(rows, CAMPAIGN_AT_true_i_b)),
+                                     fabs(campaign_number(rows, CAMPAIGN_AT_true_i_c))));
+    const bool begins = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed;
+    watch->fast = rows[CAMPAIGN_AT_manoeuvre] != watch->run &&
+                  (begins || (watch->fast && largest > watch->trip + unknown));
     for (uint32_t phase = 0; phase < 3u; phase++) {
         const double amount = fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase));
         const bool over = amount > watch->trip + unknown;
-        const bool acts = watch->gates_seen && !fast;
+        const bool acts = watch->gates_seen && !watch->fast;
         watch->over[phase] = over && acts ? watch->over[phase] + 1u : 0u;
         judge_ceiling(watch, phase, over && acts ? amount : 0.0);
         watch->over_off[phase] = over && !acts ? watch->over_off[phase] + 1u : 0u;

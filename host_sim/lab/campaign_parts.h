@@ -314,6 +314,7 @@ typedef struct {
     campaign_notices_t notices;
     uint32_t over[3];     /* [periods] time for which the current of this phase has exceeded the limit */
     uint32_t over_off[3]; /* [periods] the same while all gates are off */
+    bool fast;            /* caught above overspeed_trip, with the current of this catch still flowing */
     uint32_t wrong;       /* [periods] time for which the angle has been wrong */
     double slow;          /* [rad/s] fallback_speed of the drive */
     double passage;       /* [s] time for which the drive waits for the EMF below this speed */

@@ -64,7 +64,8 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
     (input) != BOARD_NONE ? 0u : CAMPAIGN_BIT(NOTICE),                                                       \
         (input) != BOARD_NONE ? "" : "the board has no sensor of this temperature", CAMPAIGN_ALWAYS
 
-/* In a late interrupt the drive reads samples and executes requests late. */
+/* In a late interrupt the drive reads samples and executes requests late. In one that runs past its period the
+ * voltage vector stays where it is for up to eight periods, and the current is not controlled either. */
 #define TIME_BITS (CAMPAIGN_BIT(LATE) | CAMPAIGN_BIT(OFF))
 
 #define LINK_IS_HIDDEN "the sensor of the link does not show its voltage", CAMPAIGN_ALWAYS
@@ -111,8 +112,8 @@ const campaign_fault_t campaign_faults[] = {
      TEMPERATURE_AT(BOARD_MOTOR_INPUT)},
     {"late_interrupt", "interrupt_delay", CAMPAIGN_LOG, 1e-6, 200e-6, CAMPAIGN_AS_IT_IS, TIME_BITS,
      "the interrupt begins late", CAMPAIGN_ALWAYS},
-    {"slow_interrupt", "interrupt_time", CAMPAIGN_LOG, 1.5, 8.0, CAMPAIGN_AS_IT_IS, TIME_BITS,
-     "the interrupt runs past its period", CAMPAIGN_ALWAYS},
+    {"slow_interrupt", "interrupt_time", CAMPAIGN_LOG, 1.5, 8.0, CAMPAIGN_AS_IT_IS,
+     CAMPAIGN_BIT(CURRENT) | TIME_BITS, "the interrupt runs past its period", CAMPAIGN_ALWAYS},
     {"slow_background", "background_time", CAMPAIGN_LOG, 1e-3, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(CHIP),
      "the watchdog resets the chip if the background stalls, and the virtual chip reports this",
      CAMPAIGN_STAYS},

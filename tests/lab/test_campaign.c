@@ -320,6 +320,17 @@ static const course_t courses[] = {
     {"a violation that a fault causes by itself is excused, and no other", "late_interrupt",
      .steps = {{"sample_flags=8", 5.0 * PERIOD}, {"shoot_throughs=1", PERIOD}}, .violated = CAMPAIGN_I_LEGS,
      .row = "shoot_throughs", .excused = CAMPAIGN_BIT(LATE)},
+    {"an interrupt that runs past its period does not control the current", "slow_interrupt",
+     .steps = {{"true_i_a=40", 10.0 * PERIOD}, {"shoot_throughs=1", PERIOD}}, .violated = CAMPAIGN_I_LEGS,
+     .row = "shoot_throughs", .excused = CAMPAIGN_BIT(CURRENT)},
+    /* The rotor drives the current itself, which brakes it; with another current the limit holds again. */
+    {"a rotor that is caught above overspeed_trip excuses the current that it drives, and no later one", "",
+     .steps = {{"manoeuvre=catch true_omega_m=1000 true_i_a=20", 5.0 * PERIOD},
+               {"true_omega_m=100", 5.0 * PERIOD},
+               {"true_i_a=10", PERIOD},
+               {"true_i_a=20", 2.0 * PERIOD},
+               {"", PERIOD}},
+     .violated = CAMPAIGN_I_CURRENT, .row = "true_i_a", .excused = CAMPAIGN_BIT(CURRENT)},
     /* While the bridge is off, the time does not run. */
     {"a sensor that is stuck excuses the current for 20 ms with the bridge on", "stuck_near_zero_a",
      .steps = {{"gates=0", 500.0 * PERIOD},

@@ -404,7 +404,10 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     if (medium->manoeuvres.now == (int32_t)MANOEUVRE_COMMISSION) {
         setpoint->excite = medium->commission.order;
     }
-    setpoint->smooth = medium->manoeuvres.limits.smooth & (medium->manoeuvres.run.swings ^ 1u);
+    /* In a forced frame the loop may have no EMF to follow; its proportional part is noise then. */
+    const manoeuvres_t *const manoeuvres = &medium->manoeuvres;
+    const bool damps = manoeuvres->run.swings != 0u && !manoeuvres_forces(manoeuvres);
+    setpoint->smooth = damps ? 0u : manoeuvres->limits.smooth;
     setpoint->link.sunk = medium->link.watch.sunk;
     setpoint->link.low = medium->link.watch.low;
 }

@@ -353,6 +353,23 @@ static void test_the_speed_contains_the_proportional_part_while_the_shaft_swings
     }
 }
 
+/* In a forced frame the loop may have no EMF to follow, and its proportional part is noise. */
+static void test_in_a_forced_frame_the_speed_never_contains_the_proportional_part(void)
+{
+    make_inverter_ideal();
+    params.position_source = POSITION_SENSORLESS;
+    given_machine(0.0);
+    request_currents(0.0f, 2.0f);
+    request(REQUEST_ON);
+    for (uint32_t n = 0; !manoeuvres_forces(&drive.medium.manoeuvres) && n < 200u; n++) {
+        machine_windows(1);
+    }
+    expect_manoeuvre(MANOEUVRE_ALIGN);
+    drive.medium.manoeuvres.run.swings = 1u;
+    machine_windows(1);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.medium.setpoint.smooth);
+}
+
 /* Each of these rows turns its own criterion off; the lock has a criterion of its own. */
 static void test_a_lost_lock_is_reported_whatever_criteria_are_off(void)
 {

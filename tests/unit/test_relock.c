@@ -156,8 +156,7 @@ static void test_a_slow_rotor_whose_first_lock_is_not_proved_is_caught_again(voi
 
 /* At a high speed the step of the frame's angle would disturb the observer: the closed loop brakes the rotor
  * to the hand-over speed, and the forced frame begins with it. */
-static void test_a_rotor_that_was_lost_twice_is_braked_to_the_handover_speed_and_reversed_in_the_forced_frame(
-    void)
+static void test_a_rotor_that_was_lost_twice_is_reversed_in_the_forced_frame_after_braking(void)
 {
     given_relocked(60.0);
     lose_and_catch();

@@ -165,6 +165,14 @@ static uint32_t present(const campaign_watch_t *watch, uint32_t period)
     return what;
 }
 
+/* The least true current that may be measured as an overcurrent [A]: the gains of the sensors may be wrong,
+ * and the computed phase has the noise of two sensors, of which three standard deviations count. */
+static double measured_over(const campaign_case_t *drawn)
+{
+    const double trip = campaign_trip(drawn);
+    return fmin(0.9 * trip, 0.99 * trip - 3.0 * sqrt(2.0) * CAMPAIGN_VALUE(drawn, current_noise));
+}
+
 void campaign_truth_begin(campaign_watch_t *watch)
 {
     const double sensed = fabs(CAMPAIGN_VALUE(watch->drawn, dc_gain)) + 0.02;
@@ -182,7 +190,7 @@ void campaign_truth_begin(campaign_watch_t *watch)
         .fast = FAST * watch->overspeed,
         .fast_coded = FAST_CODED * watch->overspeed,
         .none = NEARLY_NONE * (double)BOARD_CURRENT_RANGE,
-        .over = 0.9 * campaign_trip(watch->drawn),
+        .over = measured_over(watch->drawn),
         .high = campaign_initial(watch->drawn, "dc_overvoltage") * (1.0 - sensed) - noise,
         .low = low * (1.0 + sensed) + noise,
         .under = low * (1.0 - sensed) - noise,

@@ -205,6 +205,34 @@ static void test_each_course_has_its_expected_verdict(void)
     }
 }
 
+/* The trip of the default motor is 15 A. A gain that is wrong by up to a tenth shows 15 A for 13.5 A. Noise of
+ * 0.9 A, three times sqrt(2) of which are 3.82 A in the third phase, shows 14.85 A for 11.03 A. */
+static void test_an_overcurrent_is_true_if_the_errors_of_the_sensors_can_show_it(void)
+{
+    static const struct {
+        double noise, current;
+        bool held;
+    } cases[] = {{0.0, 13.6, true}, {0.0, 13.4, false}, {0.9, 11.1, true}, {0.9, 10.9, false}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        observed = (campaign_case_t){.seconds = 5.0};
+        set_initial(&observed);
+        observed.quantities[CAMPAIGN_Q_current_noise] = cases[n].noise;
+        inject("", 0.0, 0.0);
+        pass(10.0 * PERIOD);
+        put("true_i_c", (float)cases[n].current);
+        pass(PERIOD);
+        put("true_i_c", 0.0f);
+        set_rows(LATCHED("overcurrent"));
+        gates(false);
+        pass(WINDOWS + PERIOD);
+        if (cases[n].held) {
+            expect_held();
+        } else {
+            expect_violated(CAMPAIGN_I_REASON_TRUE);
+        }
+    }
+}
+
 /* The request alternates between 6 A and -6 A every 6 periods. Its mean over a window is at most
  * 6 A (1 - x)/(1 + x) = 2.28 A, x = (7/8)^6; with 6 A more it is at least 3.72 A. */
 static void test_a_request_that_alternates_does_not_command_a_current_of_an_open_phase(void)

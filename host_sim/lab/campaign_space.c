@@ -64,8 +64,8 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
     (input) != BOARD_NONE ? 0u : CAMPAIGN_BIT(NOTICE),                                                       \
         (input) != BOARD_NONE ? "" : "the board has no sensor of this temperature", CAMPAIGN_ALWAYS
 
-/* In a late interrupt the drive reads samples and executes requests late. In one that runs past its period the
- * voltage vector stays where it is for up to eight periods, and the current is not controlled either. */
+/* In a late interrupt the drive reads samples and executes requests late. In one that runs past its period
+ * the voltage vector stays where it is for up to eight periods, and the current is not controlled either. */
 #define TIME_BITS (CAMPAIGN_BIT(LATE) | CAMPAIGN_BIT(OFF))
 
 #define LINK_IS_HIDDEN "the sensor of the link does not show its voltage", CAMPAIGN_ALWAYS

@@ -205,8 +205,8 @@ static void test_each_course_has_its_expected_verdict(void)
     }
 }
 
-/* The trip of the default motor is 15 A. A gain that is wrong by up to a tenth shows 15 A for 13.5 A. Noise of
- * 0.9 A, three times sqrt(2) of which are 3.82 A in the third phase, shows 14.85 A for 11.03 A. */
+/* The trip of the default motor is 15 A. A gain that is wrong by up to a tenth shows 15 A for 13.5 A. Noise
+ * of 0.9 A, three times sqrt(2) of which are 3.82 A in the third phase, shows 14.85 A for 11.03 A. */
 static void test_an_overcurrent_is_true_if_the_errors_of_the_sensors_can_show_it(void)
 {
     static const struct {

@@ -9,6 +9,7 @@
 /* [-] of the EMF of a rotor with the estimated speed: psi_f wrong by a quarter, and an angle by 0.35 rad */
 #define CONFIRMED_LEAST 0.7f
 #define CONFIRMED_MOST  1.5f
+#define CONFIRMED_LAG   1.25f /* [-] speed over that of the loop without its proportional part */
 
 /* [-] of the link: largest EMF of a rotor whose current through the diodes is not detected */
 #define CONFIRMED_BEYOND 1.15f
@@ -51,13 +52,15 @@ static bool is_confirmed(const medium_t *medium, const window_t *window, float o
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 
-/* True if an overspeed may be caused by an assumed psi_f that is too small. The speed of a catch is the
- * length of the EMF over psi_f; a loop that tracks counts turns instead. */
-static bool is_by_length(const medium_t *medium, const window_t *window)
+/* True if the rotor may be slower than overspeed_trip. The speed of a catch is the length of the EMF over
+ * psi_f, which may be too small. A loop that tracks counts turns, but after a lost lock the speed contains
+ * its proportional part: the speed without this part, which lags, must be near the trip, too. */
+static bool may_be_slower(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
-    const float least = CONFIRMED_LEAST * window->omega_m;
-    return m->tracking == 0u && bounds_within(least, medium->speed.trip);
+    const float tracked = CONFIRMED_LAG * medium->estimate.omega_smooth * m->limits.pole_pairs_inverse;
+    const float least = m->tracking == 0u ? CONFIRMED_LEAST * window->omega_m : tracked;
+    return bounds_within(least, medium->speed.trip);
 }
 
 /* The measurements at the end of the window. */
@@ -95,7 +98,7 @@ static int32_t true_reason(const medium_t *medium, const window_t *window, const
         return denied ? (int32_t)REASON_ENCODER_MISMATCH : reason;
     }
     const bool sure =
-        is_confirmed(medium, window, stop->omega_e) && !(overspeed && is_by_length(medium, window));
+        is_confirmed(medium, window, stop->omega_e) && !(overspeed && may_be_slower(medium, window));
     return sure ? reason : (int32_t)REASON_ESTIMATE_ASTRAY;
 }
 

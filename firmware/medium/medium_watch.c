@@ -173,11 +173,13 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
     }
     const ab_t current = window->measured.current;
     const ab_t asked = frames_inverse_park(window->reference, window->frame.rotation);
+    const rotation_t encoder = trig_turn(window->encoder.theta_e);
     const encoder_watch_input_t input = {
         .current = current,
-        .encoder = trig_turn(window->encoder.theta_e),
+        .encoder = encoder,
         .omega_e = window->encoder.omega_e,
         .lacks = {asked.alpha - current.alpha, asked.beta - current.beta},
+        .excess = run_excess(&m->run, frames_park(current, encoder).q),
         .doubtful = doubts_emf(medium, window, asked),
     };
     medium->found.encoder_wrong = encoder_watch_step(&medium->encoder_watch, &input);

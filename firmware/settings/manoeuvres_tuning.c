@@ -36,11 +36,12 @@ static float within(float value, float least, float most)
 
 /* Share of the EMF at the encoder's speed that is fed forward [-]. It is 1, except for a rotor so light that
  * a current would accelerate it without a torque reference, because of an assumed flux which is too large by
- * EMF_WRONG and the lag of the encoder's speed (docs/theory.md, 15). */
+ * EMF_WRONG and the lag of the encoder's speed (docs/theory.md, 15). It does not depend on position_source,
+ * because control leaves the encoder's frame some periods after this parameter has changed. */
 static float known_emf(const params_t *params, const assumed_t *assumed)
 {
     const float flux = (float)params->motor_pole_pairs * assumed->flux_linkage;
-    const current_control_params_t control = params_current_control(params, assumed);
+    const current_control_params_t control = params_encoder_control(params, assumed);
     const float ki = current_control_integral(&control);
     const float kp = control.inductance_q * control.bandwidth;
     const float lag = 2.0f / params->encoder_bandwidth + 1.5f * DRIVE_PERIOD;

@@ -395,7 +395,10 @@ static inline float params_acceleration(const params_t *params, const assumed_t 
     return 1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage / assumed->inertia;
 }
 
-/* The parameters of current control. */
+/* The parameters of current control in the frame of the encoder. */
+current_control_params_t params_encoder_control(const params_t *params, const assumed_t *assumed);
+
+/* The parameters of current control with the position source of the parameters. */
 current_control_params_t params_current_control(const params_t *params, const assumed_t *assumed);
 
 /* The largest torque at current_limit [N m]. */

@@ -441,21 +441,35 @@ static void test_a_quick_stop_does_not_wait_for_the_ramp_of_a_start(void)
 
 /* The flux, R and J are configured 1.3 times too large, and only a quarter of J is on the motor's side of
  * an elastic shaft. The excess of the EMF that is fed forward is delta p omega with delta = s psi_f -
- * psi_f/1.3. It must drive no more than the resistance holds, K_t delta < J w_b R (theory 15), unless s
- * has its smallest value; far away from this limit s must be 1. */
+ * psi_f/1.3. It must drive no more than the resistance holds, K_t delta < J w_b R, and the lag t of the
+ * encoder's speed must not drive a swing, s psi_f (1 + t ki/kp) < psi_f/1.3 (theory 15), unless s is limited
+ * by its smallest value or J is large. Far away from this limit s must be 1, for either source of the
+ * position. */
 static void test_an_emf_fed_forward_too_much_does_not_drive_the_rotor(void)
 {
-    for (double inertia = 1e-6; inertia < 0.1; inertia *= 1.3) {
+    const double configured = POLE_PAIRS * (double)params.motor_flux_linkage;
+    const double kp = (double)params.motor_inductance_q * (double)params.current_bandwidth;
+    const double most = 0.25 * kp * (double)params.current_bandwidth;
+    const double resistance = (double)(params.motor_resistance + params.device_resistance);
+    const double lag = 2.0 / (double)params.encoder_bandwidth + 1.5 * T;
+    for (double inertia = 1e-7; inertia < 0.1; inertia *= 1.3) {
         params.motor_inertia = (float)inertia;
+        params.position_source = POSITION_ENCODER;
         tune();
         const double share = (double)fast_tuning.flux_linkage / (double)params.motor_flux_linkage;
-        const double flux = POLE_PAIRS * (double)params.motor_flux_linkage / 1.3;
-        const double resistance = (double)(params.motor_resistance + params.device_resistance) / 1.3;
-        const double drives = 1.5 * flux * flux * (1.3 * share - 1.0);
-        const double holds = 0.25 * inertia / 1.3 * (double)params.current_bandwidth * resistance;
-        TEST_ASSERT_TRUE(share >= 1.0 / 1.3 - 1e-6 && share <= 1.0);
-        TEST_ASSERT_TRUE(drives < 1.1 * holds);
-        TEST_ASSERT_TRUE(share == 1.0 || 1.5 * flux * flux * 0.3 > 0.9 * holds);
+        const double drives = 1.5 * configured * configured / 1.69 * (1.3 * share - 1.0);
+        const double holds = 0.25 * inertia / 1.3 * (double)params.current_bandwidth * resistance / 1.3;
+        const double held = fmin(3.0 * 1.5 * configured * configured / inertia, most);
+        const double ki = fmax(held, resistance * (double)params.current_bandwidth);
+        const double excess = 1.3 * (1.0 + lag * ki / kp);
+        const double driven = 1.5 * configured * configured;
+        TEST_ASSERT_TRUE(share >= 1.0 / excess - 1e-6 && share <= 1.0);
+        TEST_ASSERT_TRUE(drives < 1.1 * fmax(holds, 0.25 * inertia / 1.69 * ki));
+        TEST_ASSERT_TRUE(share * excess < 1.0 + 0.26 * inertia * ki / driven);
+        TEST_ASSERT_TRUE(share == 1.0 || driven * (excess - 1.0) > 0.25 * inertia * ki);
+        params.position_source = POSITION_SENSORLESS;
+        tune();
+        TEST_ASSERT_EQUAL_FLOAT((float)share, fast_tuning.flux_linkage / params.motor_flux_linkage);
     }
 }
 

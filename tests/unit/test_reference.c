@@ -54,6 +54,30 @@ static void test_reference_reaches_the_setpoint_on_a_line_and_stays_there(void)
     TEST_ASSERT_EQUAL_FLOAT(4.0f, i_q(0.0f));
 }
 
+/* Control leaves the encoder, and the loop is locked to its angle in this period. The current control moves
+ * its integral only where the origin of the EMF changes: here it has to be that of the encoder, which is fed
+ * forward with the flux of the tuning, a share of psi_f for a light rotor. */
+static void test_the_emf_of_the_period_in_which_the_loop_is_locked_is_that_of_the_encoder(void)
+{
+    const frame_t rotor = {0.5f, 64.0f, {0.0f, 1.0f}};
+    const position_t encoder = {0.5f, 64.0f};
+    const estimate_t estimate = {.frame = rotor};
+    const reference_input_t input = {
+        .encoder = &rotor, .position = &encoder, .estimate = &estimate, .omega_m = 16.0f, .estimating = 1u};
+    setpoint.models.flux_linkage = 0.375f;
+    begin(1.0f, 0.0f);
+    reference_step(&reference, &tuning, &setpoint, &input, &demand);
+    TEST_ASSERT_EQUAL_INT32(EMF_MODEL, demand.origin);
+    TEST_ASSERT_EQUAL_FLOAT(16.0f, demand.emf.q);
+    setpoint.source = (int32_t)SOURCE_ESTIMATE;
+    setpoint.lock = (int32_t)LOCK_TO_ENCODER;
+    begin(1.0f, 0.0f);
+    reference_step(&reference, &tuning, &setpoint, &input, &demand);
+    TEST_ASSERT_EQUAL_UINT32(1u, reference.locking);
+    TEST_ASSERT_EQUAL_INT32(EMF_MODEL, demand.origin);
+    TEST_ASSERT_EQUAL_FLOAT(16.0f, demand.emf.q);
+}
+
 /* The proportional part does not wait for a window: a change of the speed changes i_q in the same period. */
 static void test_i_q_falls_with_the_speed_in_the_same_period(void)
 {

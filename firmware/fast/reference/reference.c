@@ -182,5 +182,5 @@ void reference_run_locked(reference_t *reference, const reference_tuning_t *tuni
     const position_t at = reference->locked;
     const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
     reference_run(reference, setpoint, &frame, at.omega_e * tuning->pole_pairs_inverse,
-                  (dq_t){0.0f, at.omega_e * setpoint->models.flux_linkage}, demand);
+                  (dq_t){0.0f, at.omega_e * tuning->flux_linkage}, demand);
 }

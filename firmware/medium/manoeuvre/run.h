@@ -167,6 +167,13 @@ static inline bool run_weakens(const run_t *run)
     return run->weakening.weakens != 0u;
 }
 
+/* L_q at this i_q [A] less the assumed one [H]; 0 without saturation. */
+static inline float run_excess(const run_t *run, float i_q)
+{
+    const saturation_t *saturation = &run->tuning.saturation;
+    return saturation_is_on(saturation) ? saturation_at(saturation, i_q).excess : 0.0f;
+}
+
 /* The largest i_q [A] that the longest current vector permits together with the fading i_d, or, for a salient
  * rotor or a weakened field, together with the whole i_d; without the limits of heat and DC link. */
 float run_room(const run_t *run);

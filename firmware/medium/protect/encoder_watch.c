@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "math/filter.h"
-#include "math/periods.h"
 #include "math/root.h"
 #include "math/trig.h"
 
@@ -29,17 +28,7 @@
 #define PHASE_SINE 0.5f
 #define NEAR_SINE  0.4f
 
-/* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
-#define EMF_NOISE 2.12f
-/* If noise determines the least EMF, this is one of a low-pass with the share SLOW, which consists of noise
- * and its opposite in the next window: three times sqrt(2 SLOW^2/(2 - SLOW)). */
-#define SLOW       0.25f /* [-] */
-#define SLOW_NOISE 0.80f /* [-] */
-
-/* [-] noise of the EMF's speed over that of a window's EMF, times |e| T_j: a second difference of the
- * currents' noise behind the low-pass, whose share is a third. */
-#define TURN_NOISE 0.39f
-#define SAME_AXIS  0.01f /* [-] square of the sine since it reached an axis: 6 degrees */
+#define SAME_AXIS 0.01f /* [-] square of the sine since it reached an axis: 6 degrees */
 /* Square of a difference over that of the known axis, from which on it shows this axis better: noise and the
  * dead time turn it by less. The difference of a wrong encoder turns, but hardly becomes so much longer. */
 #define LONGER_AXIS 2.0f /* [-] */
@@ -47,9 +36,6 @@
 /* The mean difference: over these windows the noise, which has opposite signs from one window to the next,
  * falls to a fifth of a single window's, and a difference that turns at 100 rad/s lags by 14 degrees. */
 #define OFF_WINDOWS 4u
-/* Of the least EMF that is judged: largest difference across the axis that noise, or the dead time of the
- * other two phases with small opposite currents, may cause. */
-#define OFF_BESIDE 0.5f /* [-] */
 /* Square of the difference over that of this part from which a single window shows the axis: in the mean a
  * difference that turns with the rotor becomes so small that it may have any direction. */
 #define OFF_CLEAR 16.0f /* [-] */
@@ -71,40 +57,6 @@
 #define LINE_PART   0.5f            /* [-] */
 #define LINE_KNOWN  0.75f           /* [-] of the square of the difference that is judged */
 #define LINE_WAITED 32u /* [windows] postponed, after which the differences must lie along a line */
-
-encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
-{
-    const float every = (float)params->every;
-    const float window = every * params->period;
-    const float rate = 1.0f / window;
-    const float noise = EMF_NOISE * params->noise * params->inductance * rate;
-    const float judged = params->flux_linkage * params->speed_least;
-    const float mean_least = bounds_more(judged, noise);
-    const float least = bounds_more(judged, SLOW_NOISE / EMF_NOISE * noise);
-    const float alone = ENCODER_WATCH_ALONE * mean_least;
-    return (encoder_watch_tuning_t){
-        .flux_linkage = params->flux_linkage,
-        .emf_least = least,
-        .doubtful = params->doubtful * params->doubtful,
-        .alone = alone * alone,
-        .before = judged < noise ? 1.0f - SLOW : 0.5f,
-        .noise = 4.0f * noise * noise,
-        .unseen = params->unseen * params->unseen,
-        .beside = OFF_BESIDE * OFF_BESIDE * mean_least * mean_least,
-        .turn_noise = TURN_NOISE * TURN_NOISE * 4.0f * noise * noise * rate * rate,
-        .leap = ENCODER_WATCH_LEAP + 2.0f * params->step,
-        .share = lowpass_share(ENCODER_WATCH_CUTOFF, window),
-        .winding = winding_prepare(params->resistance, params->inductance, params->period),
-        .periods = every,
-        .volts = params->inductance * rate,
-        .salient = params->saliency * rate,
-        .middle = -0.5f * window,
-        .rate = rate,
-        .holds = ENCODER_WATCH_TIME * rate * least,
-        .settles = periods_of(ENCODER_WATCH_SETTLE, window),
-        .waits = periods_of(ENCODER_WATCH_WAIT, window),
-    };
-}
 
 void encoder_watch_init(encoder_watch_t *watch, const encoder_watch_tuning_t *tuning)
 {
@@ -150,22 +102,28 @@ typedef struct {
     rotation_t middle; /* the encoder's angle in the middle of the window */
 } seen_t;
 
+/* The flux of the saliency and of the saturation at this current, s over T_j [V]. */
+static ab_t flux_apart(const encoder_watch_tuning_t *tuning, const encoder_watch_input_t *input)
+{
+    const dq_t current = frames_park(input->current, input->encoder);
+    const dq_t apart = {tuning->salient * current.d, -tuning->rate * input->excess * current.q};
+    return frames_inverse_park(apart, input->encoder);
+}
+
 /* The mean EMF of the window, with which the next one begins [V]. The angle of the encoder at the beginning
- * of the first window after a rest is not known: there the part of the saliency is omitted. */
+ * of the first window after a rest is not known: there the part of saliency and saturation is omitted. */
 static ab_t emf_of(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
     const ab_t given =
         winding_given(&tuning->winding, watch->voltage, tuning->periods, watch->current, input->current);
-    const rotation_t encoder = input->encoder;
-    const float i_d = input->current.alpha * encoder.cos + input->current.beta * encoder.sin;
-    const ab_t along = {i_d * encoder.cos, i_d * encoder.sin};
-    const ab_t before = watch->windows != 0u ? watch->along_d : along;
+    const ab_t apart = flux_apart(tuning, input);
+    const ab_t before = watch->windows != 0u ? watch->apart : apart;
     const ab_t emf = {tuning->volts * (given.alpha - input->current.alpha + watch->current.alpha) +
-                          tuning->salient * (along.alpha - before.alpha),
-                      tuning->volts * (given.beta - input->current.beta + watch->current.beta) +
-                          tuning->salient * (along.beta - before.beta)};
-    watch->along_d = along;
+                          apart.alpha - before.alpha,
+                      tuning->volts * (given.beta - input->current.beta + watch->current.beta) + apart.beta -
+                          before.beta};
+    watch->apart = apart;
     watch->voltage = (ab_t){0.0f, 0.0f};
     watch->current = input->current;
     return emf;

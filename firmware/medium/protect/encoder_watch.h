@@ -3,9 +3,9 @@
  *
  *     <e> = (sum(u) - R n (i_0 + i_n)/2)/n - L_q (i_n - i_0)/T_j + (s_n - s_0)/T_j,    T_j = n T
  *
- * with s = (L_q - L_d) i_d e^(j theta) at the encoder's angle theta for a salient rotor, is transformed to
- * the frame of the encoder's angle in its middle. If the encoder is right, it lies on the q axis with the
- * length psi_f omega:
+ * with s = ((L_q - L_d) i_d - j (L_q(i_q) - L_q) i_q) e^(j theta) at the encoder's angle theta for a salient
+ * rotor whose q axis saturates, is transformed to the frame of the encoder's angle in its middle. If the
+ * encoder is right, it lies on the q axis with the length psi_f omega:
  *
  *     e = (0, psi_f omega)          healthy, in both directions
  *     e off the q axis by delta     an angle that is wrong by delta: offset, a coupling that has slipped
@@ -127,7 +127,7 @@ typedef struct {
     encoder_watch_tuning_t tuning;
     ab_t voltage;        /* sum in this window [V] */
     ab_t current;        /* at the beginning [A] */
-    ab_t along_d;        /* i_d along the d axis of the encoder at the beginning [A] */
+    ab_t apart;          /* flux of saliency and saturation at the beginning, over T_j [V] */
     dq_t last;           /* <e> of the last window [V] */
     dq_t judged;         /* e of the last judgement [V] */
     float speed;         /* speed of the encoder, low-passed like e [rad/s] */
@@ -154,6 +154,7 @@ typedef struct {
     rotation_t encoder; /* the frame of the encoder's angle */
     float omega_e;      /* its speed, electrical [rad/s] */
     ab_t lacks;         /* requested minus measured current [A] */
+    float excess;       /* L_q at the present i_q less that of the tuning [H]; 0 without saturation */
     bool doubtful;      /* true: the EMF is doubtful */
 } encoder_watch_input_t;
 

@@ -3,6 +3,7 @@
 
 #include "fast/inverter/doubt.h"
 #include "math/angle.h"
+#include "math/bounds.h"
 #include "math/exponential.h"
 #include "math/filter.h"
 
@@ -43,12 +44,11 @@ static float known_emf(const params_t *params, const assumed_t *assumed)
     const float flux = (float)params->motor_pole_pairs * assumed->flux_linkage;
     const current_control_params_t control = params_encoder_control(params, assumed);
     const float ki = current_control_integral(&control);
-    const float kp = control.inductance_q * control.bandwidth;
-    const float lag = 2.0f / params->encoder_bandwidth + 1.5f * DRIVE_PERIOD;
-    const float excess = EMF_WRONG * (1.0f + lag * ki / kp);
-    const float holds = ki * assumed->inertia;
+    const float kp = control.inductance_q * control.bandwidth * params->encoder_bandwidth;
+    const float lags = 2.0f + 1.5f * DRIVE_PERIOD * params->encoder_bandwidth;
     const float drives = 1.5f * flux * flux;
-    return within((1.0f + EMF_HELD * EMF_WRONG * EMF_WRONG * holds / drives) / excess, 1.0f / excess, 1.0f);
+    const float held = EMF_HELD * EMF_WRONG * EMF_WRONG * ki * assumed->inertia;
+    return bounds_less((drives + held) * kp / (EMF_WRONG * drives * (kp + lags * ki)), 1.0f);
 }
 
 /* Largest growth of a torque per window, as a current of psi_f [A]. */

@@ -147,7 +147,7 @@ loop_params_t params_loop(const params_t *params, const assumed_t *assumed)
 /* With the encoder the feed-forward of the EMF is that of the assumed psi_f. The current has the error
  * d omega/dt d psi_f/ki, as soon as the integral follows a changing EMF: with a psi_f that is wrong by 0.3 a
  * tenth of the current that accelerates the rotor (docs/theory.md, 15). */
-current_control_params_t params_encoder_control(const params_t *params, const assumed_t *assumed)
+static current_control_params_t control_in(const params_t *params, const assumed_t *assumed, bool encoder)
 {
     const float flux = (float)params->motor_pole_pairs * assumed->flux_linkage;
     return (current_control_params_t){
@@ -156,17 +156,18 @@ current_control_params_t params_encoder_control(const params_t *params, const as
         .inductance_q = assumed->inductance_q,
         .bandwidth = params->current_bandwidth,
         .period = DRIVE_PERIOD,
-        .held = EMF_FOLLOWED * 1.5f * flux * flux / assumed->inertia,
+        .held = encoder ? EMF_FOLLOWED * 1.5f * flux * flux / assumed->inertia : 0.0f,
     };
+}
+
+current_control_params_t params_encoder_control(const params_t *params, const assumed_t *assumed)
+{
+    return control_in(params, assumed, true);
 }
 
 current_control_params_t params_current_control(const params_t *params, const assumed_t *assumed)
 {
-    current_control_params_t control = params_encoder_control(params, assumed);
-    if (params->position_source != (int32_t)POSITION_ENCODER) {
-        control.held = 0.0f;
-    }
-    return control;
+    return control_in(params, assumed, params->position_source == (int32_t)POSITION_ENCODER);
 }
 
 /* L_q at this i_q minus L_d [H]: apparent, and incremental. */

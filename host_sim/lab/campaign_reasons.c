@@ -130,8 +130,9 @@ static const struct {
      BY_FAULT},
     /* with less than half of psi_f, a load of half the rated torque exceeds that of the motor */
     {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT | IN_MAGNET, BY_FAULT},
-    /* the voltage that a leg loses does not change the current, either */
-    {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FAULT},
+    /* The voltage that a leg loses does not change the current, either. In a frame that does not follow the
+     * rotor the EMF may hold a current against the control for a moment. */
+    {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FRAME},
     {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
     /* a frame that does not follow the rotor causes currents like those of a broken wire, in one of twenty
      * runs; a sensor with a shifted zero shows no current although its phase carries one, and a dead time

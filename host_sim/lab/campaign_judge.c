@@ -317,9 +317,9 @@ static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint3
 
 /* The speed whose EMF, in a frame with the right angle, would be as large as the one that a wrong angle shows
  * now. A salient rotor has the EMF omega (psi_f - (L_q - L_d) i_d), and at a wrong angle the whole current
- * may be i_d. While nearly no current flows, the dead time's voltage has any sign, and twice the EMF is
- * needed. */
-static double shown_speed(const campaign_watch_t *watch, const uint32_t *rows)
+ * may be i_d. While nearly no current flows, or less than the error of the measured one, which is 2/sqrt(3)
+ * times the offset of a sensor, the dead time's voltage has any sign, and twice the EMF is needed. */
+static double shown_speed(const campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     const campaign_motor_t *motor = &watch->motor;
     const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
@@ -330,7 +330,8 @@ static double shown_speed(const campaign_watch_t *watch, const uint32_t *rows)
     }
     const double amplitude = sqrt(squares / 1.5);
     const double against = (motor->inductance_q - motor->inductance_d) * amplitude / motor->flux_linkage;
-    const double signs = amplitude < watch->truth.none ? 0.5 : 1.0;
+    const double unsure = fmax(watch->truth.none, 2.0 / sqrt(3.0) * offset_at(watch, period));
+    const double signs = amplitude < unsure ? 0.5 : 1.0;
     return signs * speed * fmax(1.0 - fmax(against, 0.0), 0.0);
 }
 
@@ -376,7 +377,7 @@ static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t
     const bool runs = rows[CAMPAIGN_AT_state] == watch->enabled && rows[CAMPAIGN_AT_manoeuvre] == watch->run;
     const double error = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err));
     const bool wrong = runs && !(error <= campaign_invariants[CAMPAIGN_I_ANGLE].limit); /* NaN is wrong */
-    const bool excused = wrong && hides_angle(watch, period, shown_speed(watch, rows));
+    const bool excused = wrong && hides_angle(watch, period, shown_speed(watch, period, rows));
     watch->result->excused |= excused ? CAMPAIGN_BIT(ANGLE) : 0u;
     watch->wrong = !wrong ? 0u : excused ? watch->wrong : watch->wrong + 1u;
     if (watch->wrong * RIG_PERIOD_SECONDS > CAMPAIGN_ANGLE_SECONDS && !may_wait(watch, period, rows)) {

@@ -455,6 +455,22 @@ static void test_a_smaller_emf_excuses_the_angle_up_to_the_speed_that_makes_up_f
     }
 }
 
+/* An offset of 0.3 times 10 A in one of two sensors is an error of 2/sqrt(3) 3 A = 3.46 A of the current
+ * vector. While less flows, the signs of the phase currents are uncertain. */
+static void test_an_offset_that_exceeds_the_current_excuses_the_angle_up_to_twice_the_speed(void)
+{
+    static const struct {
+        double current, share;
+        int end;
+    } cases[] = {{3.4, 1.98, HELD}, {3.4, 2.02, CAMPAIGN_I_ANGLE}, {3.5, 1.02, CAMPAIGN_I_ANGLE}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("");
+        inject("current_offset_b", 0.3, 0.0);
+        turn_wrongly(cases[n].share, cases[n].current);
+        expect(cases[n].end, "with an offset of 3 A");
+    }
+}
+
 /* A phase current stays at a share of a limit for three samples. */
 static void carry(double current, int end, const char *what)
 {

@@ -200,6 +200,15 @@ bool campaign_is_there(const campaign_watch_t *watch, uint32_t fault, uint32_t p
     return watch->drawn->faults[fault].kind != 0u && period >= excuse->begins && period <= excuse->ends;
 }
 
+double campaign_offset(const campaign_watch_t *watch, uint32_t period)
+{
+    double offset = 0.0;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        offset += campaign_is_there(watch, n, period) ? watch->excused[n].offset : 0.0;
+    }
+    return offset;
+}
+
 static bool is_excused(const campaign_watch_t *watch, uint32_t bit, uint32_t period)
 {
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
@@ -272,16 +281,6 @@ static void judge_ceiling(campaign_watch_t *watch, uint32_t phase, double amount
     }
 }
 
-/* Error of the measured currents by present faults [A]. */
-static double offset_at(const campaign_watch_t *watch, uint32_t period)
-{
-    double offset = 0.0;
-    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        offset += campaign_is_there(watch, n, period) ? watch->excused[n].offset : 0.0;
-    }
-    return offset;
-}
-
 /* With all gates off, software can do no more: a rotor whose EMF exceeds the link voltage feeds the link
  * through the diodes. The same holds in the first periods of a catch, in which the drive has not yet measured
  * the speed: the drive does not cause a speed beyond overspeed_trip then. The current of such a rotor brakes
@@ -291,7 +290,7 @@ static double offset_at(const campaign_watch_t *watch, uint32_t period)
 static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     static const char *const names[3] = {"true_i_a", "true_i_b", "true_i_c"};
-    const double unknown = (watch->truth.fed ? watch->drift : 0.0) + offset_at(watch, period);
+    const double unknown = (watch->truth.fed ? watch->drift : 0.0) + campaign_offset(watch, period);
     const double largest = fmax(fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a)),
                                 fmax(fabs(campaign_number(rows, CAMPAIGN_AT_true_i_b)),
                                      fabs(campaign_number(rows, CAMPAIGN_AT_true_i_c))));
@@ -330,7 +329,7 @@ static double shown_speed(const campaign_watch_t *watch, uint32_t period, const 
     }
     const double amplitude = sqrt(squares / 1.5);
     const double against = (motor->inductance_q - motor->inductance_d) * amplitude / motor->flux_linkage;
-    const double unsure = fmax(watch->truth.none, 2.0 / sqrt(3.0) * offset_at(watch, period));
+    const double unsure = fmax(watch->truth.none, 2.0 / sqrt(3.0) * campaign_offset(watch, period));
     const double signs = amplitude < unsure ? 0.5 : 1.0;
     return signs * speed * fmax(1.0 - fmax(against, 0.0), 0.0);
 }

@@ -136,10 +136,10 @@ static double noise_of_mean(const campaign_motor_t *motor, const campaign_inject
  * itself may take the other half. */
 static bool hides_zero(const campaign_watch_t *watch, uint32_t period)
 {
-    double shift = 0.0;
+    double shift = campaign_offset(watch, period);
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         const double noise = noise_of_mean(&watch->motor, &watch->drawn->faults[n]);
-        shift += campaign_is_there(watch, n, period) ? watch->excused[n].offset + noise : 0.0;
+        shift += campaign_is_there(watch, n, period) ? noise : 0.0;
     }
     return shift > 0.5 * LOSS_NONE * (double)BOARD_CURRENT_RANGE;
 }

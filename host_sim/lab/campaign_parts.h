@@ -346,6 +346,9 @@ static inline uint32_t campaign_periods(double seconds)
 /* true: the fault is present in this period. */
 bool campaign_is_there(const campaign_watch_t *watch, uint32_t fault, uint32_t period);
 
+/* Error of the measured currents by the offsets of the faults that are present [A]. */
+double campaign_offset(const campaign_watch_t *watch, uint32_t period);
+
 void campaign_duty_begin(campaign_watch_t *watch);
 void campaign_judge_duty(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
 void campaign_truth_begin(campaign_watch_t *watch);

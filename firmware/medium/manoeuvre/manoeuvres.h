@@ -100,7 +100,8 @@ typedef struct {
 
 /* A rotor that was lost, is caught again and turns against the reference keeps its speed for this time. In
  * the reversal that follows, the lock cannot be judged where the EMF is small. Therefore the signs of a lost
- * lock, including the scatter, must first be absent for ten of these means. */
+ * lock, including the scatter, must first be absent for ten of these means. After that, MANOEUVRE_PROVED
+ * remains until the rotor has been reversed or the reference has changed. */
 #define MANOEUVRE_PROVED  UINT32_C(1)
 #define MANOEUVRE_PROVING (MANOEUVRE_PROVED + MANOEUVRE_STEADY + DRIVE_WINDOWS(10e-3f))
 
@@ -186,7 +187,7 @@ typedef struct {
     uint32_t other_source; /* [-] 1: position_source has changed while running */
     uint32_t reversing;    /* [-] 1: run passes zero speed, and nothing is judged while the EMF is small */
     uint32_t judged;       /* [-] 1: control uses an estimate that may be judged */
-    uint32_t proving;      /* [windows] as MANOEUVRE_PROVED; more: a rotor caught again keeps its speed */
+    uint32_t proving;      /* [windows] left in which the speed is kept, plus MANOEUVRE_PROVED; or 0 */
     manoeuvres_passage_t passage;
     uint32_t sound_windows; /* [windows] since the start succeeded */
     uint32_t unlocked;      /* [-] 1: a sign of a lost lock is present */

@@ -265,8 +265,8 @@ static void run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *se
 }
 
 /* A rotor that was caught again while turning against the reference keeps its speed until its lock is judged.
- * After two losses the closed loop only brakes it to the hand-over speed, and the forced frame reverses it. At
- * a higher speed the step of the frame's angle would exceed what the current control can follow. */
+ * After two losses the closed loop only brakes it to the hand-over speed, and the forced frame reverses it.
+ * At a higher speed the step of the frame's angle would disturb the observer (docs/theory.md, 23.1). */
 static void prove(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     manoeuvres_input_t kept = *input;

@@ -30,6 +30,7 @@
 #define STOPS_HANDOVER  1.1  /* [-] of the hand-over speed: starts failed from 1.27 on, not at 1.1 */
 #define STOP_SECONDS    0.5  /* [s] that a quick stop may take in addition to the braking time */
 #define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
+#define STOP_FORCED     7.0  /* [-] the same from a forced frame, which uses 15 % of the torque */
 #define SWITCH_ON_SPEED 0.9  /* [-] of the trip, from which on the refusal `overspeed` is true */
 #define LINK_NOISE      4.0  /* [-] accepted number of standard deviations of the link's noise */
 #define LINK_STEP       0.5  /* [V] of the converter of the link's voltage, and of its filter */
@@ -158,10 +159,11 @@ static double stop_most(const campaign_watch_t *watch, const uint32_t *rows)
     if (rows[CAMPAIGN_AT_enable] != 2u) {
         return duty->stop_time + 2.0 * RIG_PERIOD_SECONDS;
     }
+    const double share = rows[CAMPAIGN_AT_manoeuvre] == watch->run ? STOP_SHARE : STOP_FORCED;
     return !duty->healthy || duty->limited || duty->soft || load > REACH_LOAD
                ? 0.0
-               : STOP_SECONDS + STOP_SHARE * watch->motor.fastest * speed * duty->inertia /
-                                    (duty->torque * (1.0 - load));
+               : STOP_SECONDS +
+                     share * watch->motor.fastest * speed * duty->inertia / (duty->torque * (1.0 - load));
 }
 
 static void judge_stop(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)

@@ -7,14 +7,15 @@
 #define CARRIES_SEEN                                                                                         \
     0.04 /* [-] ... nor with less than this share of the sensors' range, which is twice the current that     \
             shows an open wire */
-#define NOTICE_TIMES 3.0   /* [-] part of the promised time in which current is requested */
-#define STARVED      10e-3 /* [s] that too low a link may last with a gate on */
-#define HEAT_MARGIN  2.0   /* [K] */
-#define LATE_MARGIN  1.2   /* [-] periods */
-#define SLIP_SEEN    0.3   /* [-] share of the motion that the encoder misses in the fault of the matrix */
-#define PHASE_ANGLE  2.0943951023931957 /* [rad] a third of a turn, between two phases */
-#define THREE_LEGS   1.3333333333333333 /* [-] of a leg's loss: largest effect of three in a phase */
-#define LOSS_NONE    0.0075 /* [-] of the sensors' range: a larger value is a current for that law */
+#define NOTICE_TIMES   3.0   /* [-] part of the promised time in which current is requested */
+#define STARVED        10e-3 /* [s] that too low a link may last with a gate on */
+#define HEAT_MARGIN    2.0   /* [K] */
+#define LATE_MARGIN    1.2   /* [-] periods */
+#define SLIP_SEEN      0.3   /* [-] share of the motion that the encoder misses in the fault of the matrix */
+#define PHASE_ANGLE    2.0943951023931957 /* [rad] a third of a turn, between two phases */
+#define THREE_LEGS     1.3333333333333333 /* [-] of a leg's loss: largest effect of three in a phase */
+#define VOLTAGE_LIMITS 0.85   /* [-] of U_dc/sqrt(3), which duty limits and dead time leave (theory, 30) */
+#define LOSS_NONE      0.0075 /* [-] of the sensors' range: a larger value is a current for that law */
 #define SWITCH_SPEED                                                                                         \
     490.0 /* [rad/s] electrical; at a higher speed half a turn is shorter than twice the 3.2 ms of the law   \
            */
@@ -99,6 +100,15 @@ static double held_by(const campaign_watch_t *watch, const uint32_t *rows)
     return THREE_LEGS * (lost + CAMPAIGN_VALUE(watch->drawn, drops) * drop);
 }
 
+/* True while the link limits the voltage: then it cannot drive every requested current, also in a sound
+ * phase. */
+static bool is_at_its_limit(const uint32_t *rows)
+{
+    const double made =
+        hypot(campaign_number(rows, CAMPAIGN_AT_u_alpha), campaign_number(rows, CAMPAIGN_AT_u_beta));
+    return made > VOLTAGE_LIMITS / sqrt(3.0) * campaign_number(rows, CAMPAIGN_AT_true_u_dc);
+}
+
 uint32_t campaign_open_phase(const campaign_injected_t *injected)
 {
     const char *row = campaign_faults[injected->kind].row;
@@ -118,7 +128,7 @@ static double fed_by(const campaign_watch_t *watch, const campaign_injected_t *i
         campaign_number(rows, CAMPAIGN_AT_frame_theta_e) - PHASE_ANGLE * campaign_open_phase(injected);
     const double current = kept->i_d * cos(angle) - kept->i_q * sin(angle);
     const double voltage = kept->u_d * cos(angle) - kept->u_q * sin(angle);
-    const bool driven = (current < 0.0 ? -voltage : voltage) > held_by(watch, rows);
+    const bool driven = (current < 0.0 ? -voltage : voltage) > held_by(watch, rows) && !is_at_its_limit(rows);
     const double fed = wire ? fabs(current) : lower != 0.0 ? -current : current;
     return driven ? fed : 0.0;
 }

@@ -54,6 +54,9 @@ static const course_t courses[] = {
     {"a quick stop may take three times the time of rated torque and half a second more", "",
      .steps = {{"enable=quick_stop state=quick_stop true_omega_m=100", 2.2358}, {"", 4e-3}},
      .violated = CAMPAIGN_I_STOP},
+    {"a quick stop in a forced frame may take seven times that time", "",
+     .steps = {{"enable=quick_stop state=quick_stop manoeuvre=ramp true_omega_m=100", 4.5502}, {"", 9e-3}},
+     .violated = CAMPAIGN_I_STOP},
     {"a stop for a fault ends within fault_stop_time", "motor_hot", 140.0,
      .steps = {{"state=quick_stop", 5.0}, {"", 5e-3}}, .violated = CAMPAIGN_I_STOP},
     /* The limit is 220 rad/s and a twentieth more. */
@@ -128,6 +131,11 @@ static const course_t courses[] = {
                {"i_d_ref=-2.6", 0.0598 + 32.0 * PERIOD},
                {"", 4.0 * PERIOD}},
      .violated = CAMPAIGN_I_NOTICE},
+    /* 0.85 311 V/sqrt(3) are 152.6 V. */
+    {"a broken wire is not required to be reported while the link limits the voltage", "open_phase_a", 1.0,
+     .steps = {{"frame_theta_e=0 i_d_ref=5 u_alpha=154", 1.0}}, .violated = HELD},
+    {"a broken wire with a voltage below this limit", "open_phase_a", 1.0,
+     .steps = {{"frame_theta_e=0 i_d_ref=5 u_alpha=151", 1.0}}, .violated = CAMPAIGN_I_NOTICE},
     /* The dead time of 311 V and a diode may take 4/3 (7.775 V + 0.95 V) = 11.63 V. */
     {"a broken wire whose voltage the dead time may take is not required to be reported", "open_phase_a", 1.0,
      .steps = {{"frame_theta_e=0 i_d_ref=5 u_alpha=11.6", 1.0}, {"u_alpha=-30", 1.0}}, .violated = HELD},

@@ -49,7 +49,7 @@ static inline uint32_t guard_bad_sample(const guard_input_t *input)
     /* the estimate in use is not valid by this criterion */                                                 \
     BITS(estimate_amplitude, found->estimate_invalid, ESTIMATOR_AMPLITUDE)                                   \
     BITS(estimate_detector, found->estimate_invalid, ESTIMATOR_DETECTOR)                                     \
-    BITS(estimate_current, found->estimate_invalid, ESTIMATOR_CURRENT)                                       \
+    BITS(estimate_current, found->estimate_invalid, ESTIMATOR_CURRENT | ESTIMATOR_SAMPLE)                    \
     BITS(estimate_speed, found->estimate_invalid, ESTIMATOR_SPEED)                                           \
     WHOLE(unlocked, found->unlocked) /* there is a sign of a lost lock */                                    \
     BITS(lock_lost, found->failed,                                                                           \

@@ -71,7 +71,7 @@ void setUp(void)
                      .motor_temperature = 45.0f,
                      .flags = DRIVE_SAMPLE_FAULT_LINE}, /* this flag counts as a trip */
         .input = {.omega_m = 100.0f, .now = EVERY},
-        .found = {.estimate_invalid = ESTIMATOR_SAMPLE}, /* the guard counts it by itself, as a bad sample */
+        .found = {.estimate_invalid = 0u},
     };
 }
 
@@ -150,6 +150,7 @@ static const struct {
     {"estimate_amplitude", AT(found.estimate_invalid), ESTIMATOR_AMPLITUDE, 0.0f},
     {"estimate_detector", AT(found.estimate_invalid), ESTIMATOR_DETECTOR, 0.0f},
     {"estimate_current", AT(found.estimate_invalid), ESTIMATOR_CURRENT, 0.0f},
+    {"estimate_current", AT(found.estimate_invalid), ESTIMATOR_SAMPLE, 0.0f},
     {"estimate_speed", AT(found.estimate_invalid), ESTIMATOR_SPEED, 0.0f},
     {"unlocked", AT(found.unlocked), 1u, 0.0f},
     {"lock_lost", AT(found.failed), MANOEUVRE_LOST, 0.0f},

@@ -133,7 +133,8 @@ static const struct {
     /* The voltage that a leg loses does not change the current, either. In a frame that does not follow the
      * rotor the EMF may hold a current against the control for a moment. */
     {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FRAME},
-    {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
+    /* in a period without an interrupt the current changes, too */
+    {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG | IN_TIME, BY_FAULT},
     /* a frame that does not follow the rotor causes currents like those of a broken wire, in one of twenty
      * runs; a sensor with a shifted zero shows no current although its phase carries one, and a dead time
      * of the wrong sign changes the EMF by less than a wrong psi_f does */

@@ -171,6 +171,8 @@ static const course_t courses[] = {
      .violated = HELD},
     {"a phase without current in a frame that does not follow the rotor", "",
      .steps = {{"theta_err=0.9", 10e-3}, {LATCHED("phase_loss"), WINDOWS + PERIOD}}, .violated = HELD},
+    {"lost periods justify current_gain, because the current changes in them", "long_section", 910.0,
+     .steps = {{LATCHED("current_gain"), WINDOWS + PERIOD}}, .violated = HELD},
     {"a current that does not change in a frame that does not follow the rotor", "",
      .steps = {{"theta_err=0.9", 10e-3}, {LATCHED("current_stuck"), WINDOWS + PERIOD}}, .violated = HELD},
     {"a current that does not change in the frame of the rotor", "",

@@ -238,7 +238,7 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
     I(OFF, "off", 2.0 * DRIVE_WINDOW + 2.0, "periods", "after this time from enable = off no gate is on")    \
     I(STOP, "stop", 0.0, "-",                                                                                \
       "a quick stop ends at standstill within 0.5 s plus three times the time that the current limit "       \
-      "needs; a quick stop after a fault ends within fault_stop_time")                                       \
+      "needs, or seven times from a forced frame; a quick stop after a fault ends within fault_stop_time")   \
     I(TRIP_SPEED, "trip_speed", 1.05, "overspeed_trip",                                                      \
       "while the drive runs with a gate on, the shaft does not exceed this for 5 ms; without encoder the "   \
       "lag of the tracking loop is added to this time; with a wrong encoder it is 20 ms, within which this " \

@@ -11,9 +11,10 @@
 #define SPEED_DAMPING 3.0f   /* [-] four times the square of its damping, by the rule */
 #define LOW_CURRENT_LOSS                                                                                     \
     0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
-#define LOW_CURRENT_CUTOFF 20.0f  /* [rad/s] */
-#define EMF_WRONG          1.3f   /* [-] of psi_f: possible error of the assumed value */
-#define EMF_HELD           0.15f  /* [-] of what the integral holds: permitted excess of the feed-forward */
+#define LOW_CURRENT_CUTOFF 20.0f /* [rad/s] */
+#define EMF_WRONG          1.3f  /* [-] of psi_f: possible error of the assumed value */
+#define EMF_HELD           0.15f /* [-] of what the integral holds: permitted excess of the feed-forward */
+#define EMF_LAG            0.4f  /* [-] of the lag of the encoder's speed; the speed control damps the rest */
 #define ALIGN_RISE_TIME    75e-3f /* [s] of the current in a light rotor's alignment, a quarter of the turn */
 /* [-] of I: largest error of the current while a rotor swings to its aligned position */
 #define ALIGN_ERROR      0.25f
@@ -45,7 +46,7 @@ static float known_emf(const params_t *params, const assumed_t *assumed)
     const current_control_params_t control = params_encoder_control(params, assumed);
     const float ki = current_control_integral(&control);
     const float kp = control.inductance_q * control.bandwidth * params->encoder_bandwidth;
-    const float lags = 2.0f + 1.5f * DRIVE_PERIOD * params->encoder_bandwidth;
+    const float lags = 2.0f * EMF_LAG + 1.5f * EMF_LAG * DRIVE_PERIOD * params->encoder_bandwidth;
     const float drives = 1.5f * flux * flux;
     const float held = EMF_HELD * EMF_WRONG * EMF_WRONG * ki * assumed->inertia;
     return bounds_less((drives + held) * kp / (EMF_WRONG * drives * (kp + lags * ki)), 1.0f);

@@ -441,9 +441,9 @@ static void test_a_quick_stop_does_not_wait_for_the_ramp_of_a_start(void)
 
 /* The flux, R and J are configured 1.3 times too large, and only a quarter of J is on the motor's side of
  * an elastic shaft. The excess of the EMF that is fed forward is delta p omega with delta = s psi_f -
- * psi_f/1.3. It must drive no more than the resistance holds, K_t delta < J w_b R, and the lag t of the
- * encoder's speed must not drive a swing, s psi_f (1 + t ki/kp) < psi_f/1.3 (theory 15), unless s is limited
- * by its smallest value or J is large. Far away from this limit s must be 1, for either source of the
+ * psi_f/1.3. It must drive no more than the resistance holds, K_t delta < J w_b R, and 0.4 of the lag t of
+ * the encoder's speed must not drive a swing, s psi_f (1 + 0.4 t ki/kp) < psi_f/1.3 (theory 15), unless s is
+ * limited by its smallest value or J is large. Far away from this limit s must be 1, for either source of the
  * position. */
 static void test_an_emf_fed_forward_too_much_does_not_drive_the_rotor(void)
 {
@@ -451,7 +451,7 @@ static void test_an_emf_fed_forward_too_much_does_not_drive_the_rotor(void)
     const double kp = (double)params.motor_inductance_q * (double)params.current_bandwidth;
     const double most = 0.25 * kp * (double)params.current_bandwidth;
     const double resistance = (double)(params.motor_resistance + params.device_resistance);
-    const double lag = 2.0 / (double)params.encoder_bandwidth + 1.5 * T;
+    const double lag = 0.4 * (2.0 / (double)params.encoder_bandwidth + 1.5 * T);
     for (double inertia = 1e-7; inertia < 0.1; inertia *= 1.3) {
         params.motor_inertia = (float)inertia;
         params.position_source = POSITION_ENCODER;

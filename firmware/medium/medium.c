@@ -408,9 +408,9 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
         setpoint->excite = medium->commission.order;
     }
     /* In a forced frame the loop may have no EMF to follow; its proportional part is noise then. */
-    const manoeuvres_t *const manoeuvres = &medium->manoeuvres;
-    const bool damps = manoeuvres->run.swings != 0u && !manoeuvres_forces(manoeuvres);
-    setpoint->smooth = damps ? 0u : manoeuvres->limits.smooth;
+    const manoeuvres_t *m = &medium->manoeuvres;
+    const bool damps = m->run.swings != 0u && !manoeuvres_forces(m);
+    setpoint->smooth = damps ? 0u : m->limits.smooth;
     setpoint->link.sunk = medium->link.watch.sunk;
     setpoint->link.low = medium->link.watch.low;
 }

@@ -45,11 +45,12 @@ static float known_emf(const params_t *params, const assumed_t *assumed)
     const float flux = (float)params->motor_pole_pairs * assumed->flux_linkage;
     const current_control_params_t control = params_encoder_control(params, assumed);
     const float ki = current_control_integral(&control);
-    const float kp = control.inductance_q * control.bandwidth * params->encoder_bandwidth;
+    /* kp and EMF_LAG t, both times encoder_bandwidth */
+    const float stiff = control.inductance_q * control.bandwidth * params->encoder_bandwidth;
     const float lags = 2.0f * EMF_LAG + 1.5f * EMF_LAG * DRIVE_PERIOD * params->encoder_bandwidth;
     const float drives = 1.5f * flux * flux;
     const float held = EMF_HELD * EMF_WRONG * EMF_WRONG * ki * assumed->inertia;
-    return bounds_less((drives + held) * kp / (EMF_WRONG * drives * (kp + lags * ki)), 1.0f);
+    return bounds_less((drives + held) * stiff / (EMF_WRONG * drives * (stiff + lags * ki)), 1.0f);
 }
 
 /* Largest growth of a torque per window, as a current of psi_f [A]. */

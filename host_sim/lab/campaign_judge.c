@@ -290,16 +290,16 @@ static void judge_ceiling(campaign_watch_t *watch, uint32_t phase, double amount
 static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     static const char *const names[3] = {"true_i_a", "true_i_b", "true_i_c"};
-    const double unknown = (watch->truth.fed ? watch->drift : 0.0) + campaign_offset(watch, period);
+    const double limit =
+        watch->trip + (watch->truth.fed ? watch->drift : 0.0) + campaign_offset(watch, period);
     const double largest = fmax(fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a)),
                                 fmax(fabs(campaign_number(rows, CAMPAIGN_AT_true_i_b)),
                                      fabs(campaign_number(rows, CAMPAIGN_AT_true_i_c))));
     const bool begins = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed;
-    watch->fast = rows[CAMPAIGN_AT_manoeuvre] != watch->run &&
-                  (begins || (watch->fast && largest > watch->trip + unknown));
+    watch->fast = rows[CAMPAIGN_AT_manoeuvre] != watch->run && (begins || (watch->fast && largest > limit));
     for (uint32_t phase = 0; phase < 3u; phase++) {
         const double amount = fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase));
-        const bool over = amount > watch->trip + unknown;
+        const bool over = amount > limit;
         const bool acts = watch->gates_seen && !watch->fast;
         watch->over[phase] = over && acts ? watch->over[phase] + 1u : 0u;
         judge_ceiling(watch, phase, over && acts ? amount : 0.0);

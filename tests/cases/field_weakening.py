@@ -25,15 +25,15 @@ NAMES = ("true_omega_m", "theta_hat_err", "i_alpha", "i_beta", "true_torque", "u
 Data = collections.namedtuple("Data", "p r l_d l_q flux j current")
 # A power stage: its name, link voltage [V], resistance of a device [ohm], the voltage that it makes [V], and its period [s].
 Stage = collections.namedtuple("Stage", "board link device voltage period")
-HIGH_VOLTAGE = Stage("pm50rl1a060", LINK, DEVICE, VOLTAGE, 1e-4)
+IGBT = Stage("pm50rl1a060", LINK, DEVICE, VOLTAGE, 1e-4)
 # The duties end at 0.064 from 1, for the shunts, and at 0.014; the dead time is 0.008 of a period of 20 kHz.
-LOW_VOLTAGE = Stage("mosfet_48v_60a", 36.0, 2e-3, 0.98 * (0.922 / math.sqrt(3) - 4 / math.pi * 0.008) * 36.0, 5e-5)
+MOSFET = Stage("mosfet_48v_60a", 36.0, 2e-3, 0.98 * (0.922 / math.sqrt(3) - 4 / math.pi * 0.008) * 36.0, 5e-5)
 
 
 class Motor:
     """A motor with constant inductances; a subclass for saturation replaces flux_q, mtpa, most and own_rows."""
 
-    def __init__(self, ratio, data=None, top=0.0, trip=1.1, stage=HIGH_VOLTAGE):
+    def __init__(self, ratio, data=None, top=0.0, trip=1.1, stage=IGBT):
         self.current = 0.0  # [A], measured by the last call of steady()
         self.stage = stage
         data = data or Data(P, R, FAMILY[ratio] / ratio, FAMILY[ratio], FLUX, J, CURRENT)
@@ -103,9 +103,10 @@ class Motor:
         """The parameters and plant values that only this kind of motor needs: here those of the observer."""
         gain = 1.3 * (self.data.flux + self.saliency * self.data.current) * self.data.p * trip
         slope = 1.6 * self.l_q / (gain * self.stage.period)
-        slow = f"low_speed_current = {0.2 * self.data.current}\nestimate_speed_min = {0.03 * self.base}\n"
-        low = "" if self.stage is HIGH_VOLTAGE else slow
-        return f"observer_gain = {gain}\nobserver_slope = {slope}\nestimate_current_max = {4.0 / slope}\n{low}", ""
+        rows = f"observer_gain = {gain}\nobserver_slope = {slope}\nestimate_current_max = {4.0 / slope}\n"
+        if self.stage is MOSFET:
+            rows += f"low_speed_current = {0.2 * self.data.current}\nestimate_speed_min = {0.03 * self.base}\n"
+        return rows, ""
 
     def text(self, title, duration, events, plant="", speed=None):
         """A scenario that begins at this speed, by default 0.3 of the base speed, or whose shaft holds the speed."""
@@ -146,14 +147,14 @@ speed_request = {speed}
 
 
 # The motors of A19 with their power stages, and with inertias of the motor library; that of the hub motor is the one of a wheel of 2 kg and
-# 7 cm. Columns: data, top speed divided by base speed, limits of the angle error on the way up and down [mrad], limits of its mean and SD
+# 7 cm. Columns: data, power stage, top speed divided by base speed, limits of the angle error on the way up and down [mrad], limits of its mean and SD
 # at 5, 10, 30 and 80 % of the base speed under 66 % of the current [mrad].
 REFERENCE = {
-    "servo": (Data(3, 3.6, 36e-3, 51e-3, 0.545, 15e-3, 6.1), 1.5, (3, 18), ((0.4, 5.2), (0.4, 2.8), (0.2, 1.2), (0.1, 0.5))),
-    "traction": (Data(3, 0.216, 4.44e-3, 14.4e-3, 0.066, 3.24e-3, 15.0), 3.0, (32, 44), ((29, 1.1), (14, 0.7), (4.2, 0.6), (1.7, 1.1))),
-    "compressor": (Data(2, 0.57, 8.72e-3, 22.8e-3, 0.1077, 2e-3, 8.7), 2.25, (17, 35), ((7.0, 1.5), (3.5, 1.0), (0.7, 0.7), (0.5, 1.6))),
-    "1FT6084": (Data(4, 0.268, 2.2e-3, 2.2e-3, 0.1226, 14.6e-3, 15.0), 1.35, (24, 62), ((0.3, 3.3), (0.8, 1.9), (1.2, 1.5), (0.1, 0.8))),
-    "hub": (Data(15, 0.179, 0.336e-3, 0.336e-3, 0.023, 10e-3, 20.0), 1.5, (8, 10), ((0.7, 4.6), (0.5, 3.0), (0.1, 0.9), (0.1, 0.4))),
+    "servo": (Data(3, 3.6, 36e-3, 51e-3, 0.545, 15e-3, 6.1), IGBT, 1.5, (3, 18), ((0.4, 5.2), (0.4, 2.8), (0.2, 1.2), (0.1, 0.5))),
+    "traction": (Data(3, 0.216, 4.44e-3, 14.4e-3, 0.066, 3.24e-3, 15.0), IGBT, 3.0, (32, 44), ((29, 1.1), (14, 0.7), (4.2, 0.6), (1.7, 1.1))),
+    "compressor": (Data(2, 0.57, 8.72e-3, 22.8e-3, 0.1077, 2e-3, 8.7), IGBT, 2.25, (17, 35), ((7.0, 1.5), (3.5, 1.0), (0.7, 0.7), (0.5, 1.6))),
+    "1FT6084": (Data(4, 0.268, 2.2e-3, 2.2e-3, 0.1226, 14.6e-3, 15.0), IGBT, 1.35, (24, 62), ((0.3, 3.3), (0.8, 1.9), (1.2, 1.5), (0.1, 0.8))),
+    "hub": (Data(15, 0.179, 0.336e-3, 0.336e-3, 0.023, 10e-3, 20.0), MOSFET, 1.5, (8, 10), ((0.7, 4.6), (0.5, 3.0), (0.1, 0.9), (0.1, 0.4))),
 }
 
 
@@ -309,8 +310,8 @@ class FieldWeakening(unittest.TestCase):
         """The motors run up and down with all of their torque, and at four speeds with two thirds of the current. The limits are at least
         1.2 mrad for the mean and 2 mrad for the deviation."""
         for name in share(REFERENCE, 1):
-            data, top, (up, down), steady = REFERENCE[name]
-            motor = Motor(data.l_q / data.l_d, data, top, 1.3, LOW_VOLTAGE if name == "hub" else HIGH_VOLTAGE)
+            data, stage, top, (up, down), steady = REFERENCE[name]
+            motor = Motor(data.l_q / data.l_d, data, top, 1.3, stage)
             with self.subTest(motor=name):
                 _, seen = up_and_down(motor, f"a19_{name}", 0.999 * motor.torque(*motor.mtpa()))
                 self.assertEqual((seen["losses"], seen["fault"]), (0, 0), seen)

@@ -550,8 +550,7 @@ static void test_a_stuck_sensor_has_no_ceiling_if_the_motor_saturates_below_its_
     }
 }
 
-/* Half of 2/3 U_dc drives 0.4 ms U_dc/L in 1.2 ms. The largest current is drawn with the smallest inductance.
- */
+/* Half of 2/3 U_dc drives 0.4 ms U_dc/L in 1.2 ms. The motor with the largest current has the smallest L. */
 static void test_the_ceiling_of_a_stuck_sensor_grows_as_the_inductance_becomes_small(void)
 {
     static const double currents[] = {1.0, 3.5, 10.0};

@@ -229,8 +229,7 @@ static void test_an_overcurrent_is_true_if_the_errors_of_the_sensors_can_show_it
         bool held;
     } cases[] = {{0.0, 13.6, true}, {0.0, 13.4, false}, {0.9, 11.1, true}, {0.9, 10.9, false}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        observed = (campaign_case_t){.seconds = 5.0};
-        set_initial(&observed);
+        judge_anew("", 0.0);
         observed.quantities[CAMPAIGN_Q_current_noise] = cases[n].noise;
         inject("", 0.0, 0.0);
         pass(10.0 * PERIOD);

@@ -16,6 +16,7 @@
 /* Of the least EMF that is judged: largest difference across the axis that noise, or the dead time of the
  * other two phases with small opposite currents, may cause. */
 #define OFF_BESIDE 0.5f /* [-] */
+
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
 {
     const float every = (float)params->every;

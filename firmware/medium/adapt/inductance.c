@@ -233,6 +233,14 @@ static bool turns_with(inductance_t *x, const inductance_input_t *input)
     return !bounds_within(answer_at(x, input->current), ANSWER_LEAST);
 }
 
+/* The amplitude of the dither at this speed [rad/s] and i_q [A]. */
+static float amplitude_at(const inductance_tuning_t *tuning, float speed, float i_q)
+{
+    const float slow = tuning->current * bounds_less(INDUCTANCE_SLOW / speed, INDUCTANCE_SLOW_MOST);
+    const float most = (1.0f / INDUCTANCE_TORQUE) * bounds_magnitude(i_q);
+    return bounds_more(tuning->current, bounds_less(slow, most));
+}
+
 /* Begins a cycle. false: the conditions for a result are not met. */
 static bool begin(inductance_t *x, const inductance_input_t *input)
 {
@@ -261,6 +269,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     x->left = x->tuning.wave[x->which].steps;
     x->marks = input->voltage_known ? INDUCTANCE_SOUND | INDUCTANCE_KNOWN : INDUCTANCE_SOUND;
     x->t = -1.0f;
+    x->current = amplitude_at(&x->tuning, speed, x->mean.q);
     x->omega = input->omega_smooth;
     x->sum = (inductance_sums_t){.detector = 0.0f};
     x->swing.s = 0.0f;
@@ -322,7 +331,7 @@ static bool is_in_vain(const inductance_swing_t *swing, float current, float s, 
 static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausible)
 {
     inductance_swing_t *swing = &x->swing;
-    const float most = x->tuning.current;
+    const float most = x->current;
     const float s = wave->per_sum * swing->s;
     const float c = wave->per_sum * swing->c;
     swing->vain = is_in_vain(swing, most, s, c) ? swing->vain + 1u : swing->vain >> 1;
@@ -380,7 +389,7 @@ static steadiness_t steadiness(const inductance_t *x, float omega)
 static void end(inductance_t *x, float omega_smooth)
 {
     const inductance_wave_t *wave = &x->tuning.wave[x->which];
-    const float told = x->tuning.current;
+    const float told = x->current;
     const float answer = wave->per_sum * x->sum.answer;
     const steadiness_t steady = steadiness(x, omega_smooth);
     x->follows = (x->marks & INDUCTANCE_SOUND) != 0u && bounds_within(answer - told, ANSWER_OFF * told);
@@ -466,7 +475,7 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     const float c = wave_at(later(x->t, 0.5f));
     const float t = later(x->t, x->tuning.ahead * step);
     const float given = wave_at(t);
-    const float d = x->tuning.current * given;
+    const float d = x->current * given;
     x->dither =
         (dq_t){d, x->along * d + x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
     const float i_d = input->current.d - x->mean.d;

@@ -32,6 +32,11 @@
  * a motor of 0.1 mH, or where i_q is smaller than the change of the current by the EMF in T, at less than
  * RIPPLE_TURN: the signs of the phase currents then change within T.
  *
+ * The voltage omega L i_d of the dither falls with the speed, and the errors of the EMF do not: what is left of
+ * its harmonics, and the dead time. Below INDUCTANCE_SLOW the amplitude therefore grows with the reciprocal of
+ * the speed, up to INDUCTANCE_SLOW_MOST and to 1/INDUCTANCE_TORQUE of i_q. One division at the beginning of a
+ * cycle.
+ *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the
  * initial one, and then an interval of INDUCTANCE_LOOK follows each pause of INDUCTANCE_REST, which is less
@@ -73,6 +78,8 @@
 #define INDUCTANCE_NOISE         5.0f  /* [-] of the sensors' noise: the dither is at least this ... */
 #define INDUCTANCE_DITHER_MOST   0.15f /* [-] ... up to this share of the current limit */
 #define INDUCTANCE_TORQUE        3.0f  /* [-] of the dither: least i_q */
+#define INDUCTANCE_SLOW          80.0f /* [rad/s] electrical: below it the dither grows as the speed falls ... */
+#define INDUCTANCE_SLOW_MOST     2.0f  /* [-] ... up to this factor */
 #define INDUCTANCE_FREQUENCY_1   33.0f /* [Hz] */
 #define INDUCTANCE_FREQUENCY_2   43.0f /* [Hz] if the first is too near */
 #define INDUCTANCE_FREQUENCY_3   57.0f /* [Hz] if the second is too near as well */
@@ -140,7 +147,7 @@ typedef struct {
     float resistance;      /* R that the observer uses [ohm] */
     float resistance_from; /* R of the parameters [ohm] */
     float flux_linkage;    /* psi_f [Wb] */
-    float current;         /* amplitude of the dither [A] */
+    float current;         /* amplitude of the dither at INDUCTANCE_SLOW and above [A] */
     float ripple;          /* change of the current by the EMF in T, over the speed [A s] */
     uint32_t look;         /* [steps] INDUCTANCE_LOOK */
     uint32_t rest;         /* [steps] INDUCTANCE_REST */
@@ -198,6 +205,7 @@ typedef struct {
     uint32_t follows;      /* [-] 1: the cycle before was sound: the low-passes continue */
     uint32_t which;        /* [-] index of its frequency */
     float t;               /* position in the wave [-], -1..1 */
+    float current;         /* amplitude of its dither [A] */
     float omega;           /* at the beginning [rad/s] */
     float theta;           /* at the last step [rad] */
     float turned;          /* high-pass of the loop's angle [rad] */

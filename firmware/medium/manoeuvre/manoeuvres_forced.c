@@ -8,6 +8,7 @@
 
 #define PAUSE_PERIODS    DRIVE_PERIODS(0.3f)   /* time without current before another start */
 #define STALL_WINDOWS    DRIVE_WINDOWS(50e-3f) /* with too little EMF */
+#define ASTRAY_WINDOWS   DRIVE_WINDOWS(20e-3f) /* after which the loop beside the frame is locked again */
 #define HANDOVER_WINDOWS DRIVE_WINDOWS(1.0f)   /* longest time of a hand-over */
 #define STALL_SHARE      0.6f                  /* [-] least share of the EMF of a rotor in step */
 /* [-] the same of the part of the EMF across the current: 0.56 at the largest load angle at which the rotor
@@ -117,19 +118,40 @@ static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
     return m->forced.stalling >= STALL_WINDOWS;
 }
 
+/* The loop begins beside the frame, at the frame's speed and the angle of the EMF. */
+static void lock_to_emf(manoeuvres_t *m, setpoint_t *setpoint)
+{
+    setpoint->lock = (int32_t)LOCK_TO_EMF;
+    m->tracking = 1u;
+    m->forced.astray = 0u;
+    lock_reset(&m->lock, m->forced.speed);
+}
+
+/* Judges the loop beside the frame, and locks it again if it has left the rotor. Noise that exceeds the EMF
+ * can move the loop of a light rotor to a speed beyond its range, from which the EMF does not bring it back.
+ * A loop that is locked to a rotor at another speed than that of the frame is not changed. */
+static void judge_beside(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
+{
+    const estimate_t *estimate = input->estimate;
+    lock_step(&m->lock, estimate, input->scatter, 0.0f, false);
+    const bool near = bounds_within(estimate->omega_smooth - m->forced.speed, m->limits.handover_speed);
+    m->forced.astray = !near && lock_is_lost(&m->lock, true) ? m->forced.astray + 1u : 0u;
+    if (m->forced.astray >= ASTRAY_WINDOWS) {
+        lock_to_emf(m, setpoint);
+    }
+}
+
 /* Decides whether the loop tracks beside the forced frame: it does where the EMF is large enough. */
 static void track_beside(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const float speed = bounds_magnitude(m->forced.speed);
     if (m->tracking == 0u && speed >= TRACK_SHARE * m->limits.handover_speed) {
-        setpoint->lock = (int32_t)LOCK_TO_EMF;
-        m->tracking = 1u;
-        lock_reset(&m->lock, m->forced.speed);
+        lock_to_emf(m, setpoint);
     } else if (m->tracking != 0u && speed < UNTRACK_SHARE * m->limits.handover_speed) {
         setpoint->lock = (int32_t)LOCK_RELEASE;
         m->tracking = 0u;
     } else if (m->tracking != 0u && input->tracked != 0u) {
-        lock_step(&m->lock, input->estimate, input->scatter, 0.0f, false);
+        judge_beside(m, input, setpoint);
     }
 }
 
@@ -205,7 +227,7 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     const estimate_t *estimate = input->estimate;
     const float forced = m->forced.speed;
     const float wanted = manoeuvres_wanted(m, &input->wish);
-    lock_step(&m->lock, estimate, input->scatter, 0.0f, false);
+    judge_beside(m, input, setpoint);
     see_need(m, input, setpoint);
     m->forced.current = handover_current(&m->handover, m->forced.current, m->forced.wanted, m->forced.needed);
     force_by(m, setpoint);

@@ -471,6 +471,26 @@ static void test_the_dither_is_a_twentieth_of_the_limit(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, -0.5, asked_least);
 }
 
+/* Below 80 rad/s the amplitude is 0.5 A 80/omega, up to twice, and never more than a third of i_q unless the
+ * usual 0.5 A are more. Without torque R is looked for with the usual amplitude. */
+static void test_the_dither_grows_as_the_speed_falls(void)
+{
+    static const struct {
+        double omega, i_q, amplitude;
+    } cases[] = {{400.0, 4.5, 0.5}, {80.0, 4.5, 0.5}, {64.0, 4.5, 0.625}, {-50.0, 4.5, 0.8}, {40.0, 4.5, 1.0},
+                 {32.0, 4.5, 1.0},  {40.0, -2.4, 0.8}, {40.0, 1.8, 0.6},  {40.0, 0.0, 0.5}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        motor_t motor = usual();
+        motor.omega = cases[n].omega;
+        motor.i_q = cases[n].i_q;
+        begin(&motor);
+        run(&motor, 0.5);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, cases[n].amplitude, (double)x.current);
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * cases[n].amplitude, cases[n].amplitude, asked_most);
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * cases[n].amplitude, -cases[n].amplitude, asked_least);
+    }
+}
+
 /* At L_q of 1.11 and 1.15 L_d there is no dither, and nothing is learnt, for any rate. At 1.1 L_d there
  * is a dither. */
 static void test_a_rotor_too_salient_is_left_as_it_is(void)

@@ -292,6 +292,50 @@ static void test_estimate_that_does_not_settle_fails_the_start(void)
     TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_UNLOCKED, m.failed);
 }
 
+/* The number of windows after which the loop is locked to the EMF; 0: not within 0.2 s. */
+static uint32_t windows_until_locked(void)
+{
+    for (uint32_t n = 1u; n <= 250u; n++) {
+        windows(1u);
+        if (made.lock == (int32_t)LOCK_TO_EMF) {
+            return n;
+        }
+    }
+    return 0u;
+}
+
+/* The frame turns at 10 rad/s, 40 electrical, and the hand-over speed is 64. A loop that is not locked and has
+ * a speed that differs by more than this is locked again after 20 ms, as often as that happens. The first
+ * means of the lock need some windows before they show it. */
+static void test_a_loop_that_leaves_the_forced_frame_is_locked_again(void)
+{
+    static const struct {
+        double astray, detector;
+        bool locked;
+    } cases[] = {{200.0, 0.5, true},  {-100.0, 0.5, true}, {200.0, 0.0, true},
+                 {100.0, 0.5, false}, {-20.0, 0.5, false}, {0.0, 0.5, false}};
+    for (size_t n = 0; n < 2u * sizeof cases / sizeof cases[0]; n++) {
+        const double way = n % 2u == 0u ? 1.0 : -1.0;
+        setUp();
+        wish.omega_m_ref = (float)(way * 10.0);
+        begin();
+        steps(3.0);
+        TEST_ASSERT_EQUAL_INT32(MANOEUVRE_FORCED, m.now);
+        TEST_ASSERT_EQUAL_UINT32(1u, m.tracking);
+        TEST_ASSERT_DOUBLE_WITHIN(0.1, way * 10.0, machine.omega_m);
+        machine.astray = way * cases[n / 2u].astray;
+        machine.detector = cases[n / 2u].detector;
+        for (int k = 0; k < 2; k++) {
+            const uint32_t taken = windows_until_locked();
+            TEST_ASSERT_TRUE(cases[n / 2u].locked ? taken >= 25u && taken <= 40u : taken == 0u);
+        }
+        machine.astray = 0.0;
+        machine.detector = 0.0;
+        TEST_ASSERT_EQUAL_UINT32(0u, windows_until_locked());
+        TEST_ASSERT_EQUAL_UINT32(1u, m.start_try);
+    }
+}
+
 /* ---- stall and retry ---- */
 
 /* The change of the speed in four windows of the acceleration between alignment and fallback_speed [rad/s].

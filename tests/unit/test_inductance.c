@@ -477,8 +477,9 @@ static void test_the_dither_grows_as_the_speed_falls(void)
 {
     static const struct {
         double omega, i_q, amplitude;
-    } cases[] = {{400.0, 4.5, 0.5}, {80.0, 4.5, 0.5}, {64.0, 4.5, 0.625}, {-50.0, 4.5, 0.8}, {40.0, 4.5, 1.0},
-                 {32.0, 4.5, 1.0},  {40.0, -2.4, 0.8}, {40.0, 1.8, 0.6},  {40.0, 0.0, 0.5}};
+    } cases[] = {{400.0, 4.5, 0.5}, {80.0, 4.5, 0.5}, {64.0, 4.5, 0.625},
+                 {-50.0, 4.5, 0.8}, {40.0, 4.5, 1.0}, {32.0, 4.5, 1.0},
+                 {40.0, -2.4, 0.8}, {40.0, 1.8, 0.6}, {40.0, 0.0, 0.5}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         motor_t motor = usual();
         motor.omega = cases[n].omega;

@@ -304,8 +304,8 @@ static uint32_t windows_until_locked(void)
     return 0u;
 }
 
-/* The frame turns at 10 rad/s, 40 electrical, and the hand-over speed is 64. A loop that is not locked and has
- * a speed that differs by more than this is locked again after 20 ms, as often as that happens. The first
+/* The frame turns at 10 rad/s, 40 electrical, and the hand-over speed is 64. A loop that is not locked and
+ * has a speed that differs by more than this is locked again after 20 ms, as often as that happens. The first
  * means of the lock need some windows before they show it. */
 static void test_a_loop_that_leaves_the_forced_frame_is_locked_again(void)
 {

@@ -32,10 +32,10 @@
  * a motor of 0.1 mH, or where i_q is smaller than the change of the current by the EMF in T, at less than
  * RIPPLE_TURN: the signs of the phase currents then change within T.
  *
- * The voltage omega L i_d of the dither falls with the speed, and the errors of the EMF do not: what is left of
- * its harmonics, and the dead time. Below INDUCTANCE_SLOW the amplitude therefore grows with the reciprocal of
- * the speed, up to INDUCTANCE_SLOW_MOST and to 1/INDUCTANCE_TORQUE of i_q. One division at the beginning of a
- * cycle.
+ * The voltage omega L i_d of the dither falls with the speed, and the errors of the EMF do not: what is left
+ * of its harmonics, and the dead time. Below INDUCTANCE_SLOW the amplitude therefore grows with the
+ * reciprocal of the speed, up to INDUCTANCE_SLOW_MOST and to 1/INDUCTANCE_TORQUE of i_q. One division at the
+ * beginning of a cycle.
  *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the

@@ -166,7 +166,8 @@ typedef struct {
     float speed;       /* at the end of the next window [rad/s], electrical */
     float current;     /* at the end of the next window [A] */
     uint32_t stalling; /* [windows] in which the EMF was smaller than that of a rotor that follows */
-    uint32_t astray;   /* [windows] in which the loop beside the frame was not locked, at a speed far from its */
+    uint32_t
+        astray; /* [windows] in which the loop beside the frame was not locked, at a speed far from its */
 } manoeuvres_forced_t;
 
 typedef struct {

@@ -113,7 +113,8 @@ void fast_judge_trips(fast_t *fast, fast_orders_t orders, const drive_samples_t 
     measured_t expected;
     if (fast->measure.measured.good == 0u) {
         expected = fast->measure.measured;
-        expected.current_abc = measure_expected(&fast->measure, samples);
+        const float trip = orders.tuning->guard.limit[FAULT_LIMIT_OVERCURRENT];
+        expected.current_abc = measure_expected(&fast->measure, samples, trip);
         input.measured = &expected;
     }
     /* The medium task judges a loop that has lost the rotor, and catches the rotor again. The first speeds of

@@ -224,18 +224,24 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
     return true;
 }
 
+/* [-] of overcurrent_trip: a current beyond this has already left its control, which holds it below
+ * current_limit. */
+#define NEAR_TRIP 0.9f
+
 /* Range of phase c's own sensor around the middle [A]; without one, no value is within it. */
 #define C_HALF (DRIVE_CURRENT_SENSORS == 3 ? MEASURE_HALF : -1.0f)
 
 /* Phase c counts if it has a sensor of its own [-]. */
 #define C_COUNTS (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 0.0f)
 
-static float expected(float sample, float half, float offset, float last, float before)
+static float expected(float sample, float half, float offset, float last, float before, float trip)
 {
-    return bounds_within(sample - MEASURE_MIDDLE, half) ? sample - offset : 2.0f * last - before;
+    const float beyond = sample - MEASURE_MIDDLE;
+    const bool grows = !bounds_within(last, NEAR_TRIP * trip) && beyond * last > 0.0f;
+    return grows || bounds_within(beyond, half) ? sample - offset : 2.0f * last - before;
 }
 
-abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples)
+abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples, float trip)
 {
     const abc_t offset = measure->offset;
     const abc_t last = measure->measured.current_abc;
@@ -245,7 +251,7 @@ abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples)
     if (span.largest > MEASURE_MIDDLE + MEASURE_HALF && span.smallest < MEASURE_MIDDLE - MEASURE_HALF) {
         return (abc_t){samples->i_a - offset.a, samples->i_b - offset.b, samples->i_c - offset.c};
     }
-    return (abc_t){expected(samples->i_a, MEASURE_HALF, offset.a, last.a, before.a),
-                   expected(samples->i_b, MEASURE_HALF, offset.b, last.b, before.b),
-                   expected(samples->i_c, C_HALF, offset.c, last.c, before.c)};
+    return (abc_t){expected(samples->i_a, MEASURE_HALF, offset.a, last.a, before.a, trip),
+                   expected(samples->i_b, MEASURE_HALF, offset.b, last.b, before.b, trip),
+                   expected(samples->i_c, C_HALF, offset.c, last.c, before.c, trip)};
 }

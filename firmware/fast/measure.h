@@ -164,9 +164,11 @@ static inline bool measure_current_flows(const measured_t *measured)
 /* The phase currents [A] that are compared with limits in the period of an invalid sample. A current sensor
  * that is within its range has its own value. In place of another one, and of phase c without a sensor of its
  * own, the last two good samples are extrapolated, so that a growing current continues to grow: a sensor that
- * reaches its limit in this way is not broken. Two sensors at opposite limits are not broken, either: the
- * current flows from one phase to the other, and they have their own values. */
-abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples);
+ * reaches its limit in this way is not broken. A sensor that has shown a current near overcurrent_trip
+ * (`trip` [A]) and is now at the limit of the same sign is not broken either: where the iron saturates, the
+ * next sample of this current may be beyond the range. Two sensors at opposite limits are not broken, either:
+ * the current flows from one phase to the other, and they have their own values. */
+abc_t measure_expected(const measure_t *measure, const drive_samples_t *samples, float trip);
 
 /* Mean square of the noise of a sensor [A^2], from the last calibration. */
 static inline float measure_noise(const measure_t *measure)

@@ -18,6 +18,7 @@
 #define INTEGRAL        3.0  /* [-] k_p w/k_i of the speed control, with k_p = J w/K_t, by its rule */
 #define ANSWERS         3.0  /* [-] time constants after which the speed control has responded */
 #define ANSWER_MOST     1.0  /* [s] */
+#define HELD_MOST       2.0  /* [s] longest time for which the integral may leave a shaft at standstill */
 #define AWAY_SPEED      0.05 /* [-] of rated speed: with a smaller error the speed counts as reached */
 #define AWAY_BEYOND     1.3  /* [-] of the requested torque */
 #define WINDOW_SECONDS  0.1  /* [s] over which the speed's error is averaged */
@@ -64,7 +65,7 @@ static double winding(const campaign_case_t *drawn)
  * light rotor has a small k_i, independent of its load. */
 static double winding_time(const campaign_duty_t *duty, double torque, double error)
 {
-    return fmin(torque / (duty->winding * error), ANSWER_MOST);
+    return fmin(torque / (duty->winding * error), HELD_MOST);
 }
 
 /* [rad/s] Speed below which a shaft by itself does not pass the largest torque A of a load that varies with

@@ -420,6 +420,39 @@ static void test_a_load_that_stops_the_shaft_at_the_hand_over_needs_an_encoder(v
     }
 }
 
+/* With the encoder the integral of the speed control has to change from its present torque. A motor of 1e-5
+ * kg m^2 has k_i K_t = J w^2/3 with w of 71.4 rad/s, and the error is 200 rad/s: it takes `seconds` for
+ * `seconds` J w^2/3 200 rad/s. 0.4 s, 6/w and the acceleration are added, and the mean of 100 ms. The time is
+ * limited to 2 s. */
+static void test_the_integral_moves_a_shaft_at_standstill_within_two_seconds(void)
+{
+    static const struct {
+        double seconds, stands;
+        int end;
+    } cases[] = {{0.5, 0.9, HELD},
+                 {0.5, 1.1, CAMPAIGN_I_REACH},
+                 {1.8, 2.2, HELD},
+                 {1.8, 2.4, CAMPAIGN_I_REACH},
+                 {5.0, 2.7, CAMPAIGN_I_REACH}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        char where[64];
+        snprintf(where, sizeof where, "%g s, stands %g s", cases[n].seconds, cases[n].stands);
+        judge_anew("", 0.0);
+        observed.quantities[CAMPAIGN_Q_encoder] = 1.0;
+        observed.quantities[CAMPAIGN_Q_motor_drawn] = 1.0;
+        observed.quantities[CAMPAIGN_Q_inertia] = 1e-5;
+        inject("", 0.0, 0.0);
+        set_rows("speed_request=200 omega_m_ref=200 true_omega_m=0");
+        put("true_torque", (float)(-cases[n].seconds * 1e-5 * 71.4 * 71.4 / 3.0 * 200.0));
+        pass(PERIOD);
+        put("true_torque", 0.0f);
+        pass(cases[n].stands);
+        put("true_omega_m", 200.0f);
+        pass(0.2);
+        expect(cases[n].end, where);
+    }
+}
+
 /* A load of six cycles per turn whose largest torque A is J (200 rad/s)^2 x 6/4: the energy J w^2/2 of the
  * shaft is less than the 2 A/6 of half a cycle below 200 rad/s. */
 static void test_a_load_that_stops_the_shaft_in_each_cycle_does_not_count_as_a_wrong_speed(void)

@@ -264,10 +264,35 @@ static void test_a_bad_sample_is_expected_on_the_line_of_the_others(void)
         samples.i_c = cases[n].c;
         measure_step(&measure, &samples, NO_TRIM);
         TEST_ASSERT_EQUAL_UINT32(0u, measure.measured.good);
-        const abc_t expected = measure_expected(&measure, &samples);
+        const abc_t expected = measure_expected(&measure, &samples, 100.0f);
         TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].three.a, expected.a);
         TEST_ASSERT_FLOAT_WITHIN(1e-5f, cases[n].three.b, expected.b);
         TEST_ASSERT_FLOAT_WITHIN(1e-5f, DRIVE_CURRENT_SENSORS == 3 ? cases[n].three.c : -3.0f, expected.c);
+    }
+}
+
+/* The last good samples are 3 and 4 A in phase a, -1 and -1.5 A in phase b. With a trip of 4.4 A, phase a has
+ * left its control, 0.9 of the trip being 3.96 A: at the positive limit of its sensor the current has grown,
+ * at the negative one the sensor is broken. With 4.5 A it may be under control, and the sensor is broken. */
+static void test_a_sensor_that_was_near_the_trip_shows_a_current_beyond_its_range(void)
+{
+    const float limit = 1.01f * MEASURE_HALF;
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        for (int n = 3; n <= 4; n++) {
+            samples.i_a = (float)(way * n);
+            samples.i_b = (float)way * (0.5f - 0.5f * (float)n);
+            samples.i_c = -samples.i_a - samples.i_b;
+            measure_step(&measure, &samples, NO_TRIM);
+        }
+        const float high = MEASURE_MIDDLE + (float)way * limit;
+        samples.i_a = high;
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, high, measure_expected(&measure, &samples, 4.4f).a);
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, (float)way * 5.0f, measure_expected(&measure, &samples, 4.5f).a);
+        samples.i_a = MEASURE_MIDDLE - (float)way * limit;
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, (float)way * 5.0f, measure_expected(&measure, &samples, 4.4f).a);
+        samples.i_a = NAN;
+        TEST_ASSERT_FLOAT_WITHIN(1e-5f, (float)way * 5.0f, measure_expected(&measure, &samples, 4.4f).a);
     }
 }
 
@@ -284,16 +309,16 @@ static void test_sensors_at_opposite_limits_show_a_current(void)
         samples.i_a = high;
         samples.i_b = low;
         samples.i_c = -0.5f;
-        const abc_t flows = measure_expected(&measure, &samples);
+        const abc_t flows = measure_expected(&measure, &samples, 100.0f);
         TEST_ASSERT_FLOAT_WITHIN(1e-5f, high - 0.1f, flows.a);
         TEST_ASSERT_FLOAT_WITHIN(1e-5f, low + 0.2f, flows.b);
         samples.i_b = high;
-        const abc_t broken = measure_expected(&measure, &samples);
+        const abc_t broken = measure_expected(&measure, &samples, 100.0f);
         TEST_ASSERT_EQUAL_FLOAT(0.0f, broken.a);
         TEST_ASSERT_EQUAL_FLOAT(0.0f, broken.b);
         samples.i_b = 2.0f;
         samples.i_c = low;
-        const abc_t other = measure_expected(&measure, &samples);
+        const abc_t other = measure_expected(&measure, &samples, 100.0f);
         TEST_ASSERT_FLOAT_WITHIN(1e-5f, DRIVE_CURRENT_SENSORS == 3 ? high - 0.1f : 0.0f, other.a);
     }
 }

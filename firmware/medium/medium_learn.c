@@ -112,6 +112,7 @@ static void learn_dead_time(medium_t *medium, const window_t *window)
         .link = window->link.mean,
         .noise = window->sensors.noise,
         .model = window->tracking,
+        .forced = manoeuvres_forces(&medium->manoeuvres),
     };
     dead_time_learn_step(&medium->dead_time_learn, &input);
 }

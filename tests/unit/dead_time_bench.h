@@ -43,6 +43,7 @@ typedef struct {
     double damps;     /* [rad] by which the direction of the current swings with the rotor's speed */
     double time;      /* [s] since the begin of the swing */
     uint32_t model;   /* [-] of the observer */
+    bool forced;      /* the frame is forced */
     uint32_t periods; /* [periods] since the begin of the means */
     ab_t emf;         /* [V] sum for the mean of the EMF */
     ab_t mean;        /* [A] sum for the mean of the current */
@@ -156,6 +157,7 @@ static inline void step(const period_t *input)
             .link = input->link,
             .noise = (float)(world.known * world.known),
             .model = world.model,
+            .forced = world.forced,
         };
         dead_time_learn_step(&world.learn, &means);
         world.emf = (ab_t){0.0f, 0.0f};

@@ -19,8 +19,15 @@
 #define NOISE_SQUARE (0.66666667f / (ALONG * POWER * ALONG * POWER))
 #define DEVIATIONS   4.0f /* [-] of the noise */
 #define SWINGS       8.0f /* [-] weight of the square of a swing: its effect may last, and is not independent */
-#define PRESENT      0.5f /* [-] of the least square of the current: least of the present one */
-#define SMOOTH       2.0f /* [-] cut-off of the used value over the speed: the twelfth harmonic is left by 1/6 */
+
+/* [-] A swing c of the current's direction at 6 omega shows 3 c of the sixth harmonic A of the EMF as the
+ * twelfth: an error of (143 pi/16) c A of the voltage, with A of 0.08 of the EMF, and c^2 = 2 (1 - |m(u)|^2).
+ * It is a threshold if its square is 8 times this variance. A swing of 0.02 rad is free. */
+#define TURNED_SQUARE 1.26f
+#define TURNED_FREE   2e-4f
+
+#define PRESENT 0.5f /* [-] of the least square of the current: least of the present one */
+#define SMOOTH  2.0f /* [-] cut-off of the used value over the speed: the twelfth harmonic is left by 1/6 */
 
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
@@ -168,15 +175,27 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY;
 }
 
-/* The variance that the noise of the sensors and a rotor that swings have caused in the learnt value after a
- * step of this share [-]: the swing is the motion of the value about its low-pass. */
+/* The variance of the learnt value by the part of the shape of the EMF that a current with a swing shows as
+ * the twelfth harmonic, per step in which it acts [-]. In a frame that follows the estimate the current has
+ * no such swing. */
+static float mistaken(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float per_volt)
+{
+    const float turned = 1.0f - square_of(learn->along_mean) - TURNED_FREE;
+    const float emf = learn->tuning.flux_linkage * input->omega_e_ref * per_volt;
+    return input->forced && turned > 0.0f ? TURNED_SQUARE * turned * emf * emf : 0.0f;
+}
+
+/* The variance that the noise of the sensors, a rotor that swings and a current that swings have caused in
+ * the learnt value after a step of this share [-]: the swing of a rotor is the motion of the value about its
+ * low-pass. */
 static void scatter(dead_time_learn_t *learn, const dead_time_learn_input_t *input, float share,
                     float per_volt)
 {
     const float per_ampere = input->omega_e_ref * per_volt;
     const float noise = learn->tuning.reactance_square * per_ampere * per_ampere * input->noise;
     const float swing = learn->learnt - learn->smooth;
-    learn->variance += share * (share * noise + SWINGS * swing * swing + (share - 2.0f) * learn->variance);
+    learn->variance += share * (share * noise + SWINGS * swing * swing + mistaken(learn, input, per_volt) +
+                                (share - 2.0f) * learn->variance);
 }
 
 /* The parameters stay in use until the learnt value differs from them by more than noise can explain. */

@@ -24,11 +24,12 @@
  * V_hat then follows V with the rate g (medium/adapt/gain.h; docs/theory.md, 25). The learnt value is used
  * once it differs from the parameters by more than chance can explain. Part of this threshold falls with g.
  * The rest is the variance of the learnt value by the noise of the current sensors, which acts like the
- * voltage 12 omega L s. The value that is compared is a low-pass of the learnt one with 2 |omega_ref|,
- * because a slow EMF across the current, from a rotor that swings, moves the learnt value at the twelfth
- * harmonic. The value in use is then the nearest to the parameters that differs from this one by no more than
- * a wrong L may have changed it. Another model of the observer shows another EMF of the same rotor: the means
- * begin again.
+ * voltage 12 omega L s, and by a swing of the current in a forced frame, which shows a part of the shape of
+ * the EMF as its twelfth harmonic. The value that is compared is a low-pass of the learnt one with 2
+ * |omega_ref|, because a slow EMF across the current, from a rotor that swings, moves the learnt value at the
+ * twelfth harmonic. The value in use is then the nearest to the parameters that differs from this one by no
+ * more than a wrong L may have changed it. Another model of the observer shows another EMF of the same rotor:
+ * the means begin again.
  *
  * The law does not need the rotor's angle: it also learns in a forced frame and while the estimate
  * is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then follows the
@@ -133,6 +134,7 @@ typedef struct {
     float link;        /* mean of the last period [V] */
     float noise;       /* mean square of the noise of a current sensor [A^2] */
     uint32_t model;    /* [-] a number of the observer's model of the rotor: another one has another EMF */
+    bool forced;       /* the frame is forced: its damping turns the current while the rotor swings */
 } dead_time_learn_input_t;
 
 /* Computes the coefficients. Two divisions. */

@@ -82,12 +82,15 @@ static void keep_request(campaign_watch_t *watch, const uint32_t *rows)
     const double theta = campaign_number(rows, CAMPAIGN_AT_true_theta_e);
     const double emf =
         watch->motor.flux_linkage * watch->motor.pole_pairs * campaign_number(rows, CAMPAIGN_AT_true_omega_m);
+    const double more = (CAMPAIGN_VALUE(watch->drawn, flux_configured) - 1.0) * emf;
     const double alpha = campaign_number(rows, CAMPAIGN_AT_u_alpha) + emf * sin(theta);
     const double beta = campaign_number(rows, CAMPAIGN_AT_u_beta) - emf * cos(theta);
     kept->i_d += (campaign_number(rows, CAMPAIGN_AT_i_d_ref) - kept->i_d) * share;
     kept->i_q += (campaign_number(rows, CAMPAIGN_AT_i_q_ref) - kept->i_q) * share;
     kept->u_d += (alpha * cos(frame) + beta * sin(frame) - kept->u_d) * share;
     kept->u_q += (beta * cos(frame) - alpha * sin(frame) - kept->u_q) * share;
+    kept->more_d += (more * sin(theta - frame) - kept->more_d) * share;
+    kept->more_q += (-more * cos(theta - frame) - kept->more_q) * share;
 }
 
 /* [V] Voltage beyond the EMF with which a sound phase may carry no current: that of the dead time and the
@@ -117,7 +120,8 @@ uint32_t campaign_open_phase(const campaign_injected_t *injected)
 }
 
 /* [A] Commanded current of the phase that a broken wire or switch interrupts, while the voltage must drive
- * it: its magnitude; for a switch only if the switch conducts this direction. */
+ * it, both beyond the true EMF and beyond that of the configured psi_f, which the drive knows: its magnitude;
+ * for a switch only if the switch conducts this direction. */
 static double fed_by(const campaign_watch_t *watch, const campaign_injected_t *injected, const uint32_t *rows)
 {
     const campaign_notices_t *kept = &watch->notices;
@@ -127,8 +131,10 @@ static double fed_by(const campaign_watch_t *watch, const campaign_injected_t *i
     const double angle =
         campaign_number(rows, CAMPAIGN_AT_frame_theta_e) - PHASE_ANGLE * campaign_open_phase(injected);
     const double current = kept->i_d * cos(angle) - kept->i_q * sin(angle);
-    const double voltage = kept->u_d * cos(angle) - kept->u_q * sin(angle);
-    const bool driven = (current < 0.0 ? -voltage : voltage) > held_by(watch, rows) && !is_at_its_limit(rows);
+    const double sign = current < 0.0 ? -1.0 : 1.0;
+    const double voltage = sign * (kept->u_d * cos(angle) - kept->u_q * sin(angle));
+    const double more = sign * (kept->more_d * cos(angle) - kept->more_q * sin(angle));
+    const bool driven = voltage + fmin(more, 0.0) > held_by(watch, rows) && !is_at_its_limit(rows);
     const double fed = wire ? fabs(current) : lower != 0.0 ? -current : current;
     return driven ? fed : 0.0;
 }

@@ -237,6 +237,7 @@ typedef struct {
     bool seen[CAMPAIGN_FAULTS_MAX];      /* the fault could be detected in one period at least */
     double i_d, i_q;                     /* [A] mean of the requested current in its frame */
     double u_d, u_q;                     /* [V] mean of the voltage beyond the EMF in this frame */
+    double more_d, more_q; /* [V] mean of what it has more beyond the EMF of the configured psi_f */
 } campaign_notices_t;
 
 /* Index of the phase that a broken wire or an open switch interrupts. */

@@ -420,6 +420,26 @@ static void test_a_load_that_stops_the_shaft_at_the_hand_over_needs_an_encoder(v
     }
 }
 
+/* The phase has 30 V, and the EMF of 0.183 Wb and 80 rad/s along this phase is 14.6 V: 15.4 V remain, more
+ * than the 11.63 V that the dead time may take. With a psi_f that is configured 1.3 times too large the drive
+ * knows 11 V. */
+static void test_a_broken_wire_is_judged_with_the_voltage_that_the_drive_knows(void)
+{
+    static const struct {
+        double configured;
+        int end;
+    } cases[] = {{1.0, CAMPAIGN_I_NOTICE}, {1.2, CAMPAIGN_I_NOTICE}, {1.3, HELD}, {0.7, CAMPAIGN_I_NOTICE}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("", 0.0);
+        observed.quantities[CAMPAIGN_Q_flux_configured] = cases[n].configured;
+        inject("open_phase_a", 1.0, 0.0);
+        set_rows("frame_theta_e=0 i_d_ref=5 u_alpha=30 true_theta_e=-1.5708 true_omega_m=20 speed_request=20 "
+                 "omega_m_ref=20");
+        pass(0.5);
+        expect(cases[n].end, "open_phase_a");
+    }
+}
+
 /* With the encoder the integral of the speed control has to change from its present torque. A motor of 1e-5
  * kg m^2 has k_i K_t = J w^2/3 with w of 71.4 rad/s, and the error is 200 rad/s: it takes `seconds` for
  * `seconds` J w^2/3 200 rad/s. 0.4 s, 6/w and the acceleration are added, and the mean of 100 ms. The time is

@@ -200,7 +200,8 @@ typedef enum {
     CAMPAIGN_TO_CEILING = 2, /* a current up to the promised limit */
     CAMPAIGN_WHILE_SLOW = 4, /* a wrong angle below campaign_blind_speed */
     CAMPAIGN_UNCODED = 8,    /* a wrong angle without the encoder */
-    CAMPAIGN_STAYS = 16      /* the effect remains after the fault has ended */
+    CAMPAIGN_STAYS = 16,     /* the effect remains after the fault has ended */
+    CAMPAIGN_UNFED = 32      /* a wrong angle while a small current is commanded, which shows no open wire */
 } campaign_excuse_t;
 
 /* One fault: a row of plant or rig that changes. */

@@ -134,8 +134,10 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
     const bool uncoded = (fault->excuse & CAMPAIGN_UNCODED) != 0u;
     const bool limited = until_told || (fault->excuse & CAMPAIGN_TO_CEILING) != 0u;
     const double lost = leg_loss(drawn, motor, injected);
+    const bool unfed = (fault->excuse & CAMPAIGN_UNFED) != 0u;
+    const bool for_angle = while_slow || uncoded || unfed;
     return (campaign_excused_t){
-        .bits = while_slow || uncoded ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
+        .bits = for_angle ? fault->excused & ~CAMPAIGN_BIT(ANGLE) : fault->excused,
         .begins = campaign_periods(injected->time),
         .ends = ends(injected, fault),
         .ceiling = limited ? ceiling_of(drawn, motor, until_told) : (double)INFINITY,
@@ -143,6 +145,7 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
                      ? fmax(campaign_blind_speed(drawn), lost / (motor->flux_linkage * motor->pole_pairs))
                      : 0.0,
         .uncoded = uncoded,
+        .unfed = unfed,
         .told = until_told ? campaign_periods(injected->time + PROMISED_NOTICE) : UINT32_MAX,
         .turned = until_told ? 0.0 : CAMPAIGN_TURN,
         .notice = until_told ? campaign_periods(PROMISED_NOTICE) : 0u,
@@ -335,12 +338,16 @@ static double shown_speed(const campaign_watch_t *watch, uint32_t period, const 
 }
 
 /* True if a present fault hides a wrong angle. */
-static bool hides_angle(const campaign_watch_t *watch, uint32_t period, double speed)
+static bool hides_angle(const campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
+    const double speed = shown_speed(watch, period, rows);
+    const double asked =
+        hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref), campaign_number(rows, CAMPAIGN_AT_i_q_ref));
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         const campaign_excused_t *excuse = &watch->excused[n];
         const bool uncoded = excuse->uncoded && !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period);
-        if (campaign_is_there(watch, n, period) && (speed < excuse->blind || uncoded)) {
+        const bool unfed = excuse->unfed && asked < campaign_wire_current;
+        if (campaign_is_there(watch, n, period) && (speed < excuse->blind || uncoded || unfed)) {
             return true;
         }
     }
@@ -376,7 +383,7 @@ static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t
     const bool runs = rows[CAMPAIGN_AT_state] == watch->enabled && rows[CAMPAIGN_AT_manoeuvre] == watch->run;
     const double error = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err));
     const bool wrong = runs && !(error <= campaign_invariants[CAMPAIGN_I_ANGLE].limit); /* NaN is wrong */
-    const bool excused = wrong && hides_angle(watch, period, shown_speed(watch, period, rows));
+    const bool excused = wrong && hides_angle(watch, period, rows);
     watch->result->excused |= excused ? CAMPAIGN_BIT(ANGLE) : 0u;
     watch->wrong = !wrong ? 0u : excused ? watch->wrong : watch->wrong + 1u;
     if (watch->wrong * RIG_PERIOD_SECONDS > CAMPAIGN_ANGLE_SECONDS && !may_wait(watch, period, rows)) {

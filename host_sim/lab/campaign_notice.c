@@ -3,10 +3,7 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define CARRIES 0.25 /* [-] of rated current: with less current in a phase no report is required ... */
-#define CARRIES_SEEN                                                                                         \
-    0.04 /* [-] ... nor with less than this share of the sensors' range, which is twice the current that     \
-            shows an open wire */
+#define CARRIES        0.25  /* [-] of rated current: with less current in a phase no report is required */
 #define NOTICE_TIMES   3.0   /* [-] part of the promised time in which current is requested */
 #define STARVED        10e-3 /* [s] that too low a link may last with a gate on */
 #define HEAT_MARGIN    2.0   /* [K] */
@@ -168,9 +165,8 @@ static bool shows(const campaign_watch_t *watch, shows_t how, uint32_t n, uint32
     const double asked = how == WHILE_FED ? fed_by(watch, injected, rows)
                                           : hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref),
                                                   campaign_number(rows, CAMPAIGN_AT_i_q_ref));
-    const bool carries =
-        rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
-        asked > fmax(CARRIES * watch->motor.current, CARRIES_SEEN * (double)BOARD_CURRENT_RANGE);
+    const bool carries = rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
+                         asked > fmax(CARRIES * watch->motor.current, campaign_wire_current);
     const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
     switch (how) {
     case WHENEVER:

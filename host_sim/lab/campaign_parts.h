@@ -157,6 +157,7 @@ typedef struct {
     double ceiling;  /* [A] a true current above this value is not excused */
     double blind;    /* [rad/s] mechanical: a slower rotor does not show the fault; 0: none */
     bool uncoded;    /* without the encoder nothing shows the fault */
+    bool unfed;      /* the angle may be wrong while less than campaign_wire_current is commanded */
     uint32_t told;   /* [periods] time from which the fault excuses nothing */
     uint32_t notice; /* [periods] with the bridge on, within which it must be reported; 0: no limit */
     double
@@ -228,6 +229,10 @@ typedef struct {
     int32_t shown;     /* [-] reason in the last period */
     uint32_t shown_at; /* [periods] time at which this reason appeared */
 } campaign_truth_t;
+
+/* [A] With less current in a phase no report of an open wire is required. It is twice the current that shows
+ * an open wire. */
+extern const double campaign_wire_current;
 
 /* campaign_notice.c: the time in which a fault must be reported. */
 typedef struct {

@@ -57,6 +57,8 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
         CAMPAIGN_WHILE_SLOW
 #define SLOW_HIDES "a slow rotor has no EMF that shows the error", CAMPAIGN_WHILE_SLOW | CAMPAIGN_STAYS
 #define LEG_LOSES  "the voltage loss of a leg hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
+#define WIRE_HIDES                                                                                           \
+    CAMPAIGN_BIT(ANGLE), "a small current does not show an open wire, which turns the EMF", CAMPAIGN_UNFED
 #define TURNS_BACK "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
 
 /* A board without this input cannot report the temperature. */
@@ -74,12 +76,14 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
         CAMPAIGN_BIT(TRIP_LINK) | CAMPAIGN_BIT(PERSIST) | CAMPAIGN_BIT(NOTICE),                              \
         "a flipped bit may change a limit, a request, a state or a factor", CAMPAIGN_STAYS
 
+const double campaign_wire_current = 0.04 * (double)BOARD_CURRENT_RANGE;
+
 /* Every row of plant and rig that a fault can change. */
 const campaign_fault_t campaign_faults[] = {
     {"none", "", CAMPAIGN_EVEN, 0.0, 0.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
-    {"open_phase_a", "open_phase_a", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
-    {"open_phase_b", "open_phase_b", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
-    {"open_phase_c", "open_phase_c", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"open_phase_a", "open_phase_a", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, WIRE_HIDES},
+    {"open_phase_b", "open_phase_b", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, WIRE_HIDES},
+    {"open_phase_c", "open_phase_c", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, WIRE_HIDES},
     {"stuck_current_a", "stuck_current_a", CAMPAIGN_WHOLE, 0.0, 4095.0, CAMPAIGN_AS_IT_IS,
      CAMPAIGN_BIT(CURRENT), SENSOR_STANDS},
     {"stuck_current_b", "stuck_current_b", CAMPAIGN_WHOLE, 0.0, 4095.0, CAMPAIGN_AS_IT_IS,
@@ -147,7 +151,7 @@ const campaign_fault_t campaign_faults[] = {
      LEG_LOSES},
     {"leg_delay_c", "leg_c_delay", CAMPAIGN_LOG, 0.5e-6, 5e-6, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
      LEG_LOSES},
-    {"open_switch", "open_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH, 0u, "", CAMPAIGN_ALWAYS},
+    {"open_switch", "open_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH, WIRE_HIDES},
     {"shorted_switch", "shorted_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH,
      CAMPAIGN_BIT(LEGS) | CAMPAIGN_BIT(CURRENT), "the switch conducts at any level of its gate",
      CAMPAIGN_ALWAYS},

@@ -415,6 +415,25 @@ static void test_a_leg_that_loses_more_hides_the_emf_of_a_faster_rotor(void)
     }
 }
 
+/* An open wire or switch must be reported from a commanded current of 0.04 of the sensors' range on. While it
+ * is smaller, the open wire may turn the EMF by any angle. */
+static void test_an_open_wire_excuses_the_angle_while_the_current_cannot_show_it(void)
+{
+    static const char *const names[] = {"open_phase_a", "open_phase_b", "open_phase_c", "open_switch"};
+    const double least = 0.04 * (double)BOARD_CURRENT_RANGE;
+    for (size_t n = 0; n < 2u * sizeof names / sizeof names[0]; n++) {
+        const bool small = n % 2u == 0u;
+        judge_anew("");
+        inject(names[n / 2u], 1.0, 0.0);
+        put("theta_err", 2.0f);
+        put("true_omega_m", 100.0f);
+        put("i_d_ref", (float)(0.6 * least));
+        put("i_q_ref", (float)((small ? 0.79 : 0.81) * least));
+        pass(0.052);
+        expect(small ? HELD : CAMPAIGN_I_ANGLE, names[n / 2u]);
+    }
+}
+
 /* A slow rotor has an angle error of `share` of its limit for longer than allowed, with this current in
  * phase a [A]; half of it returns through each of the other phases. */
 static void turn_wrongly(double share, double current)

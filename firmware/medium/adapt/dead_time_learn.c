@@ -180,9 +180,12 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
  * no such swing. */
 static float mistaken(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float per_volt)
 {
-    const float turned = 1.0f - square_of(learn->along_mean) - TURNED_FREE;
+    if (!input->forced) {
+        return 0.0f;
+    }
+    const float turned = bounds_more(1.0f - square_of(learn->along_mean) - TURNED_FREE, 0.0f);
     const float emf = learn->tuning.flux_linkage * input->omega_e_ref * per_volt;
-    return input->forced && turned > 0.0f ? TURNED_SQUARE * turned * emf * emf : 0.0f;
+    return TURNED_SQUARE * turned * emf * emf;
 }
 
 /* The variance that the noise of the sensors, a rotor that swings and a current that swings have caused in

@@ -236,6 +236,9 @@ static bool turns_with(inductance_t *x, const inductance_input_t *input)
 /* The amplitude of the dither at this speed [rad/s] and i_q [A]. */
 static float amplitude_at(const inductance_tuning_t *tuning, float speed, float i_q)
 {
+    if (tuning->ratio == 0.0f) {
+        return tuning->current;
+    }
     const float slow = tuning->current * bounds_less(INDUCTANCE_SLOW / speed, INDUCTANCE_SLOW_MOST);
     const float most = (1.0f / INDUCTANCE_TORQUE) * bounds_magnitude(i_q);
     return bounds_more(tuning->current, bounds_less(slow, most));

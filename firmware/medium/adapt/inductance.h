@@ -33,9 +33,9 @@
  * RIPPLE_TURN: the signs of the phase currents then change within T.
  *
  * The voltage omega L i_d of the dither falls with the speed, and the errors of the EMF do not: what is left
- * of its harmonics, and the dead time. Below INDUCTANCE_SLOW the amplitude therefore grows with the
- * reciprocal of the speed, up to INDUCTANCE_SLOW_MOST and to 1/INDUCTANCE_TORQUE of i_q. One division at the
- * beginning of a cycle.
+ * of its harmonics, and the dead time. Below INDUCTANCE_SLOW the amplitude of a round rotor therefore grows
+ * with the reciprocal of the speed, up to INDUCTANCE_SLOW_MOST and to 1/INDUCTANCE_TORQUE of i_q. The law of
+ * a salient rotor is linear in the dither, and its amplitude stays. One division at the beginning of a cycle.
  *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the

@@ -233,17 +233,6 @@ static bool turns_with(inductance_t *x, const inductance_input_t *input)
     return !bounds_within(answer_at(x, input->current), ANSWER_LEAST);
 }
 
-/* The amplitude of the dither at this speed [rad/s] and i_q [A]. */
-static float amplitude_at(const inductance_tuning_t *tuning, float speed, float i_q)
-{
-    if (tuning->ratio == 0.0f) {
-        return tuning->current;
-    }
-    const float slow = tuning->current * bounds_less(INDUCTANCE_SLOW / speed, INDUCTANCE_SLOW_MOST);
-    const float most = (1.0f / INDUCTANCE_TORQUE) * bounds_magnitude(i_q);
-    return bounds_more(tuning->current, bounds_less(slow, most));
-}
-
 /* Begins a cycle. false: the conditions for a result are not met. */
 static bool begin(inductance_t *x, const inductance_input_t *input)
 {
@@ -272,7 +261,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     x->left = x->tuning.wave[x->which].steps;
     x->marks = input->voltage_known ? INDUCTANCE_SOUND | INDUCTANCE_KNOWN : INDUCTANCE_SOUND;
     x->t = -1.0f;
-    x->current = amplitude_at(&x->tuning, speed, x->mean.q);
+    x->current = inductance_amplitude(&x->tuning, speed, x->mean.q);
     x->omega = input->omega_smooth;
     x->sum = (inductance_sums_t){.detector = 0.0f};
     x->swing.s = 0.0f;
@@ -334,10 +323,9 @@ static bool is_in_vain(const inductance_swing_t *swing, float current, float s, 
 static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausible)
 {
     inductance_swing_t *swing = &x->swing;
-    const float most = x->current;
     const float s = wave->per_sum * swing->s;
     const float c = wave->per_sum * swing->c;
-    swing->vain = is_in_vain(swing, most, s, c) ? swing->vain + 1u : swing->vain >> 1;
+    swing->vain = is_in_vain(swing, x->current, s, c) ? swing->vain + 1u : swing->vain >> 1;
     if (swing->vain >= VAIN_CYCLES && x->which + 1u < INDUCTANCE_FREQUENCIES) {
         swing->from = x->which + 1u;
         swing->vain = 0u;
@@ -349,8 +337,8 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausibl
     if (!plausible) {
         return;
     }
-    swing->against_s = bounds_clamp(KEPT * swing->against_s - OPPOSED * s, most);
-    swing->against_c = bounds_clamp(KEPT * swing->against_c - OPPOSED * c, most);
+    swing->against_s = bounds_clamp(KEPT * swing->against_s - OPPOSED * s, x->current);
+    swing->against_c = bounds_clamp(KEPT * swing->against_c - OPPOSED * c, x->current);
 }
 
 /* Moves a learnt value towards the result of a cycle with this duration [s] by its rate, and reduces the

@@ -32,12 +32,24 @@ static inline uint32_t inductance_frequency(float omega, bool torque, uint32_t f
     return which;
 }
 
-/* The amplitude [A]: a share of the current limit, and more where the noise of the sensors requires it. */
+/* The amplitude at INDUCTANCE_SLOW and above [A]: a share of the current limit, and more where the noise of
+ * the sensors requires it. */
 static inline float inductance_dither(const inductance_params_t *params)
 {
     const float most = INDUCTANCE_DITHER_MOST * params->current_max;
     const float by_noise = bounds_less(INDUCTANCE_NOISE * params->noise, most);
     return bounds_more(INDUCTANCE_DITHER * params->current_max, by_noise);
+}
+
+/* The amplitude [A] at this speed [rad/s], above 0, and this i_q [A] (inductance.h). */
+static inline float inductance_amplitude(const inductance_tuning_t *tuning, float speed, float i_q)
+{
+    if (tuning->ratio == 0.0f) {
+        return tuning->current;
+    }
+    const float slow = tuning->current * bounds_less(INDUCTANCE_SLOW / speed, INDUCTANCE_SLOW_MOST);
+    const float most = (1.0f / INDUCTANCE_TORQUE) * bounds_magnitude(i_q);
+    return bounds_more(tuning->current, bounds_less(slow, most));
 }
 
 #endif

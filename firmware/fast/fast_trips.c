@@ -106,22 +106,15 @@ static int32_t reason_of(const fast_t *fast, const fast_limits_t *limits)
     return reason == (int32_t)REASON_OVERSPEED && steps ? (int32_t)REASON_ENCODER_JUMP : reason;
 }
 
-/* The values that are judged in the period of an invalid sample. */
-static measured_t expected_in(const fast_t *fast, fast_orders_t orders, const drive_samples_t *samples)
-{
-    measured_t expected = fast->measure.measured;
-    const float trip = orders.tuning->guard.limit[FAULT_LIMIT_OVERCURRENT];
-    expected.current_abc = measure_expected(&fast->measure, samples, trip);
-    return expected;
-}
-
 void fast_judge_trips(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples,
                       uint32_t encoder_wrong)
 {
     guard_input_t input = fast_trip_input(fast, orders.setpoint, encoder_wrong);
     measured_t expected;
     if (fast->measure.measured.good == 0u) {
-        expected = expected_in(fast, orders, samples);
+        const float trip = orders.tuning->guard.limit[FAULT_LIMIT_OVERCURRENT];
+        expected = fast->measure.measured;
+        expected.current_abc = measure_expected(&fast->measure, samples, trip);
         input.measured = &expected;
     }
     /* The medium task judges a loop that has lost the rotor, and catches the rotor again. The first speeds of

@@ -143,6 +143,7 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .resistance_from = params_configured(params).resistance,
         .flux_linkage = assumed->flux_linkage,
         .current_max = params->current_limit,
+        .acceleration = (float)params->motor_pole_pairs * params_acceleration(params, assumed),
         .noise = assumed->noise,
         .rate = params->inductance_adaptation,
         .period = DRIVE_PERIOD,

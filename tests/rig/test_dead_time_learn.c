@@ -112,7 +112,7 @@ static const struct {
     double within[2];   /* [s] time of learning without and with load */
     double mean[2], sd; /* [mrad] angle error of the estimate after learning */
 } lessons[] = {
-    {0.6, 100.0, SENSORLESS, {1.3, 0.9}, {6.6, 6.6}, 2.7}, {1.4, 100.0, ENCODER, {1.2, 0.9}, {4.9, 4.9}, 3.3},
+    {0.6, 100.0, SENSORLESS, {1.3, 1.1}, {6.6, 6.6}, 2.7}, {1.4, 100.0, ENCODER, {1.2, 0.9}, {4.9, 4.9}, 3.3},
     {1.3, 150.0, SENSORLESS, {1.4, 0.9}, {5.6, 5.6}, 2.8}, {0.6, 50.0, ENCODER, {2.2, 1.9}, {10.1, 5.9}, 4.6},
     {1.4, 50.0, ENCODER, {2.6, 1.9}, {13.0, 5.9}, 4.6},
 };

@@ -69,6 +69,7 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .resistance_from = params->resistance_from,
         .flux_linkage = params->flux_linkage,
         .current = inductance_dither(params),
+        .slow_most = inductance_slow_most(params),
         .ripple = params->flux_linkage * params->period / params->from,
         .look = periods_of(INDUCTANCE_LOOK, step),
         .rest = periods_of(INDUCTANCE_REST, step),
@@ -198,8 +199,7 @@ static float flux_beyond(const inductance_tuning_t *tuning, float i_q)
                                 : 0.0f;
 }
 
-/* Change of the flux along q per ampere of i_d, in the line of constant torque and at this current, over the
- * error of L_q [-]. */
+/* Change of the flux along q per ampere of i_d at constant torque and this current, per error of L_q [-]. */
 static float answer_at(const inductance_t *x, dq_t current)
 {
     const inductance_tuning_t *tuning = &x->tuning;

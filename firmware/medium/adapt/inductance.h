@@ -33,9 +33,10 @@
  * RIPPLE_TURN: the signs of the phase currents then change within T.
  *
  * The voltage omega L i_d of the dither falls with the speed, and the errors of the EMF do not: what is left
- * of its harmonics, and the dead time. Below INDUCTANCE_SLOW the amplitude of a round rotor therefore grows
- * with the reciprocal of the speed, up to INDUCTANCE_SLOW_MOST and to 1/INDUCTANCE_TORQUE of i_q. The law of
- * a salient rotor is linear in the dither, and its amplitude stays. One division at the beginning of a cycle.
+ * of its harmonics, and the dead time. Below INDUCTANCE_SLOW the amplitude therefore grows with the
+ * reciprocal of the speed, up to INDUCTANCE_SLOW_MOST and to 1/INDUCTANCE_TORQUE of i_q. A light rotor, which
+ * the dither would set swinging, and a salient rotor, whose law is linear in the dither, keep their
+ * amplitude. One division at the beginning of a cycle.
  *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the
@@ -119,6 +120,7 @@ typedef struct {
     float resistance_from; /* R of the parameters [ohm], above 0 */
     float flux_linkage;    /* psi_f [Wb] */
     float current_max;     /* limit of i_q [A] */
+    float acceleration;    /* of the rotor by i_q = 1 A [rad/s^2], electrical; 0: it turns evenly */
     float noise;           /* of a measured current, standard deviation [A]; 0 where it does not matter */
     float rate;            /* initial rate [1/s], 0..20; 0 = off */
     float period;          /* T [s] */
@@ -148,6 +150,7 @@ typedef struct {
     float resistance_from; /* R of the parameters [ohm] */
     float flux_linkage;    /* psi_f [Wb] */
     float current;         /* amplitude of the dither at INDUCTANCE_SLOW and above [A] */
+    float slow_most;       /* its largest factor below, 1 to INDUCTANCE_SLOW_MOST [-] */
     float ripple;          /* change of the current by the EMF in T, over the speed [A s] */
     uint32_t look;         /* [steps] INDUCTANCE_LOOK */
     uint32_t rest;         /* [steps] INDUCTANCE_REST */

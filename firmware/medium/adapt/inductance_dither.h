@@ -41,13 +41,25 @@ static inline float inductance_dither(const inductance_params_t *params)
     return bounds_more(INDUCTANCE_DITHER * params->current_max, by_noise);
 }
 
+/* The largest factor of this amplitude at low speed [-]. An L that is wrong by a fifth shifts the angle under
+ * rated torque, half of the limit, by 0.1 L i_max/psi_f, and with this shift the dither makes a torque. The
+ * speed may swing with it by half of INDUCTANCE_R_SPEED_DRIFT, beyond which a cycle has no result. */
+static inline float inductance_slow_most(const inductance_params_t *params)
+{
+    const float ahead = 0.1f * params->inductance_q * params->current_max / params->flux_linkage;
+    const float swing = params->acceleration * inductance_dither(params) * ahead /
+                        (INDUCTANCE_TWO_PI * INDUCTANCE_FREQUENCY_1);
+    const float most = 0.5f * INDUCTANCE_R_SPEED_DRIFT * INDUCTANCE_SPEED_MIN;
+    if (params->salient || swing >= most) {
+        return 1.0f;
+    }
+    return swing * INDUCTANCE_SLOW_MOST < most ? INDUCTANCE_SLOW_MOST : most / swing;
+}
+
 /* The amplitude [A] at this speed [rad/s], above 0, and this i_q [A] (inductance.h). */
 static inline float inductance_amplitude(const inductance_tuning_t *tuning, float speed, float i_q)
 {
-    if (tuning->ratio == 0.0f) {
-        return tuning->current;
-    }
-    const float slow = tuning->current * bounds_less(INDUCTANCE_SLOW / speed, INDUCTANCE_SLOW_MOST);
+    const float slow = tuning->current * bounds_less(INDUCTANCE_SLOW / speed, tuning->slow_most);
     const float most = (1.0f / INDUCTANCE_TORQUE) * bounds_magnitude(i_q);
     return bounds_more(tuning->current, bounds_less(slow, most));
 }

@@ -21,10 +21,10 @@
 #define SWINGS       8.0f /* [-] weight of the square of a swing: its effect may last, and is not independent */
 
 /* [-] A swing c of the current's direction at 6 omega shows 3 c of the sixth harmonic A of the EMF as the
- * twelfth: an error of (143 pi/16) c A of the voltage, with A of 0.038 of the EMF, and c^2 = 2 (1 -
- * |m(u)|^2). It is a threshold if its square is 8 times this variance. A swing of 0.03 rad is free. */
-#define TURNED_SQUARE 0.28f
-#define TURNED_FREE   5e-4f
+ * twelfth: an error of (143 pi/16) c A of the voltage, with A of 0.08 of the EMF, and c^2 = 2 (1 - |m(u)|^2).
+ * It is a threshold if its square is 8 times this variance. A swing of 0.02 rad is free. */
+#define TURNED_SQUARE 1.26f
+#define TURNED_FREE   2e-4f
 
 #define PRESENT 0.5f /* [-] of the least square of the current: least of the present one */
 #define SMOOTH  2.0f /* [-] cut-off of the used value over the speed: the twelfth harmonic is left by 1/6 */

@@ -341,12 +341,10 @@ static double shown_speed(const campaign_watch_t *watch, uint32_t period, const 
 static bool hides_angle(const campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     const double speed = shown_speed(watch, period, rows);
-    const double asked =
-        hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref), campaign_number(rows, CAMPAIGN_AT_i_q_ref));
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         const campaign_excused_t *excuse = &watch->excused[n];
         const bool uncoded = excuse->uncoded && !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period);
-        const bool unfed = excuse->unfed && asked < campaign_wire_current;
+        const bool unfed = excuse->unfed && campaign_asked(rows) < campaign_wire_current;
         if (campaign_is_there(watch, n, period) && (speed < excuse->blind || uncoded || unfed)) {
             return true;
         }

@@ -162,9 +162,7 @@ static bool shows(const campaign_watch_t *watch, shows_t how, uint32_t n, uint32
 {
     const campaign_injected_t *injected = &watch->drawn->faults[n];
     const bool wire = strcmp(campaign_faults[injected->kind].row, "open_switches") != 0;
-    const double asked = how == WHILE_FED ? fed_by(watch, injected, rows)
-                                          : hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref),
-                                                  campaign_number(rows, CAMPAIGN_AT_i_q_ref));
+    const double asked = how == WHILE_FED ? fed_by(watch, injected, rows) : campaign_asked(rows);
     const bool carries = rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
                          asked > fmax(CARRIES * watch->motor.current, campaign_wire_current);
     const double speed = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));

@@ -2,6 +2,7 @@
 #ifndef HOST_SIM_LAB_CAMPAIGN_PARTS_H
 #define HOST_SIM_LAB_CAMPAIGN_PARTS_H
 
+#include <math.h>
 #include <string.h>
 
 #include "host_sim/lab/campaign.h"
@@ -341,6 +342,12 @@ static inline double campaign_number(const uint32_t *rows, uint32_t place)
     float value;
     memcpy(&value, &rows[place], sizeof value);
     return (double)value;
+}
+
+/* [A] Length of the commanded current. */
+static inline double campaign_asked(const uint32_t *rows)
+{
+    return hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref), campaign_number(rows, CAMPAIGN_AT_i_q_ref));
 }
 
 /* [periods] of a time. */

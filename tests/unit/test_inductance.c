@@ -861,6 +861,29 @@ static void test_the_dither_is_larger_than_the_noise(void)
     }
 }
 
+/* With L wrong by a fifth the angle is 0.1 L 10 A/psi_f = 0.0683 rad, and 0.5 A along it make 0.0342 A of
+ * torque. The speed then swings by this times K/207 rad/s; twice of it may be 0.15 rad/s, up to K of 455, and
+ * once up to K of 911. */
+static void test_the_dither_of_a_light_rotor_grows_less(void)
+{
+    static const struct {
+        float acceleration, factor; /* K [rad/s^2 per A] */
+        bool salient;
+    } cases[] = {{0.0f, 2.0f, false},     {450.0f, 2.0f, false}, {600.0f, 1.518f, false},
+                 {900.0f, 1.012f, false}, {920.0f, 1.0f, false}, {9000.0f, 1.0f, false},
+                 {0.0f, 1.0f, true}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        const inductance_params_t params = {
+            .inductance_q = (float)L_TRUE,
+            .flux_linkage = (float)PSI,
+            .current_max = 10.0f,
+            .acceleration = cases[n].acceleration,
+            .salient = cases[n].salient,
+        };
+        TEST_ASSERT_FLOAT_WITHIN(1e-3f, cases[n].factor, inductance_slow_most(&params));
+    }
+}
+
 /* ---- a salient rotor ---- */
 
 #define FLUX   0.1

@@ -103,8 +103,8 @@ static void test_a_current_whose_length_passes_the_limit_counts_with_its_mean(vo
     }
 }
 
-/* At the initial rate the parameters are used until the learnt value differs from them by 0.08 of the dead
- * band, and at a tenth of this rate by 0.008. */
+/* A learnt value that differs from the parameters by d has the weight (d/c)^4 below the threshold c, and 1
+ * above. At the initial rate c is 0.08 of the dead band, and at a tenth of this rate 0.008. */
 static void test_only_what_is_more_than_chance_is_used(void)
 {
     world.learn.tuning.effective = (float)(TRUE - 0.012 * BAND);
@@ -112,12 +112,36 @@ static void test_only_what_is_more_than_chance_is_used(void)
     world.learn.learnt = world.learn.effective;
     turn(0.5);
     TEST_ASSERT_TRUE((double)world.learn.learnt > TRUE - 0.006 * BAND);
-    TEST_ASSERT_EQUAL_FLOAT(world.learn.tuning.effective, world.learn.effective);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * BAND, TRUE - 0.012 * BAND, (double)world.learn.effective);
     TEST_ASSERT_FALSE(dead_time_learn_is_settled(&world.learn));
     turn(30.0);
     TEST_ASSERT_TRUE(dead_time_learn_is_settled(&world.learn));
     TEST_ASSERT_EQUAL_FLOAT(world.learn.learnt, world.learn.effective);
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, off());
+}
+
+/* With this noise of the sensors the threshold c is known: its square is the part of chance, which the rate
+ * determines, plus 16 P. */
+static void test_below_the_threshold_the_weight_falls_with_the_fourth_power(void)
+{
+    static const double apart[] = {-0.2, 0.5, 0.8, -0.8};
+    for (size_t n = 0; n < sizeof apart / sizeof apart[0]; n++) {
+        setUp();
+        dead_time_learn_params_t params = PARAMS;
+        params.effective = (float)TRUE;
+        take(&params);
+        const double wrong = apart[n] * 0.08 * BAND;
+        world.learn.learnt = (float)(TRUE + wrong);
+        world.learn.smooth = world.learn.learnt;
+        world.learn.ripple = 0.0f;
+        turn(0.0008);
+        const double chance = 0.08 * BAND * (double)world.learn.rate / RATE;
+        const double threshold = sqrt(chance * chance + 16.0 * (double)world.learn.variance);
+        const double left = (double)world.learn.smooth - TRUE;
+        TEST_ASSERT_DOUBLE_WITHIN(0.1 * fabs(wrong), wrong, left);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * fabs(wrong), left * pow(left / threshold, 4.0),
+                                  (double)world.learn.effective - TRUE);
+    }
 }
 
 /* The EMF changes the current by the share s of the largest permitted ripple, s = 4 e T/(L |i|). A wrong L

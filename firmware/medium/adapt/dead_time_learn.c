@@ -201,7 +201,8 @@ static void scatter(dead_time_learn_t *learn, const dead_time_learn_input_t *inp
                                 (share - 2.0f) * learn->variance);
 }
 
-/* The parameters stay in use until the learnt value differs from them by more than noise can explain. */
+/* The weight of the learnt value is 1 if it differs from the parameters by more than chance can explain, and
+ * falls with the fourth power of the distance below. */
 static void use(dead_time_learn_t *learn)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
@@ -209,8 +210,9 @@ static void use(dead_time_learn_t *learn)
     const float square = chance * chance + DEVIATIONS * DEVIATIONS * learn->variance;
     const float doubt = DEAD_TIME_LEARN_RIPPLE * tuning->band * learn->ripple;
     const float apart = learn->smooth - tuning->effective;
-    learn->effective =
-        apart * apart > square ? learn->smooth - bounds_clamp(apart, doubt) : tuning->effective;
+    const float ratio = bounds_clamp(apart * inverse_root(square), 1.0f);
+    const float weight = ratio * ratio * ratio * ratio;
+    learn->effective = tuning->effective + weight * (apart - bounds_clamp(apart, doubt));
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)

@@ -22,13 +22,13 @@
  *     s = sin 12 phi,   w = 1/2 + dphi/(2 dphi_ref)
  *
  * V_hat then follows V with the rate g (medium/adapt/gain.h; docs/theory.md, 25). The learnt value is used
- * once it differs from the parameters by more than chance can explain. Part of this threshold falls with g.
- * The rest is the variance of the learnt value by the noise of the current sensors, which acts like the
+ * if it differs from the parameters by more than chance can explain. Below this threshold its weight falls
+ * with the fourth power of the difference. Part of the threshold falls with g. The rest is the variance of the learnt value by the noise of the current sensors, which acts like the
  * voltage 12 omega L s, and by a swing of the current in a forced frame, which shows a part of the shape of
  * the EMF as its twelfth harmonic. The value that is compared is a low-pass of the learnt one with 2
  * |omega_ref|, because a slow EMF across the current, from a rotor that swings, moves the learnt value at the
- * twelfth harmonic. The value in use is then the nearest to the parameters that differs from this one by no
- * more than a wrong L may have changed it. Another model of the observer shows another EMF of the same rotor:
+ * twelfth harmonic. The learnt value that is used is the nearest to the parameters that differs from this one
+ * by no more than a wrong L may have changed it. Another model of the observer shows another EMF of the same rotor:
  * the means begin again.
  *
  * The law does not need the rotor's angle: it also learns in a forced frame and while the estimate

@@ -77,10 +77,14 @@ drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
     };
 }
 
-/* True if the speed at the stop was that of the encoder. The position source may have changed in the window
- * of the stop, while the speed was that of a catch. */
-static bool is_by_encoder(const manoeuvres_t *m)
+/* True if the speed at the stop was that of the encoder. The position source may have changed since the
+ * setpoint that acts was made; the fast task reports the source of a stop of its own. */
+static bool is_by_encoder(const medium_t *medium, const window_t *window)
 {
+    const manoeuvres_t *m = &medium->manoeuvres;
+    if (window->report.stop.reason != (int32_t)REASON_NONE) {
+        return window->report.by_encoder != 0u;
+    }
     return m->sensorless == 0u && m->now != (int32_t)MANOEUVRE_CATCH && m->now != (int32_t)MANOEUVRE_RELOCK;
 }
 
@@ -93,7 +97,7 @@ static int32_t true_reason(const medium_t *medium, const window_t *window, const
     if (!overspeed && reason != (int32_t)REASON_ROTOR_TOO_FAST) {
         return reason;
     }
-    if (is_by_encoder(&medium->manoeuvres)) {
+    if (is_by_encoder(medium, window)) {
         const bool denied = overspeed && encoder_watch_denies(&medium->encoder_watch, stop->omega_e);
         return denied ? (int32_t)REASON_ENCODER_MISMATCH : reason;
     }
@@ -186,7 +190,7 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
         .stops = medium->guard.stops,
         .standing = manoeuvres_knows(&medium->manoeuvres) &&
                     bounds_within(window->omega_m, medium->sequence.tuning.standstill),
-        .overspeed = is_by_encoder(&medium->manoeuvres) &&
+        .overspeed = is_by_encoder(medium, window) &&
                      !bounds_within(window->omega_m, SWITCH_ON_SPEED * medium->speed.trip),
         .brake_set = medium->outputs.brake.state == (int32_t)BRAKE_SET,
         .bridge = (bridge_t)window->bridge,

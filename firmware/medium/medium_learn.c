@@ -137,7 +137,7 @@ static void learn_ripple(medium_t *medium, const window_t *window)
         };
         const unequal_legs_input_t legs = {
             .rest = learn->rest,
-            .current = learn->current,
+            .current = medium->means.current,
             .time = learn->seen,
             .taken = legs_share,
         };

@@ -128,8 +128,8 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
                   lowpass_step(turned.beta, share, vector.beta)};
 }
 
-/* Updates the slow means, and the angle by which the current's direction has turned. Returns false if the
- * current is constant. */
+/* Updates the slow means, and the angle by which the current's direction has turned. Returns false if it has
+ * not turned, as with frozen samples. */
 static bool go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along, float square)
 {
     if (learn->begun == 0u) {
@@ -156,9 +156,8 @@ static bool go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     learn->against.beta = lowpass_step(learn->against.beta, share, against.beta);
     const float way = cross(learn->along, along) * inverse_root(share * share);
     learn->way = 0.5f + 0.5f * bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
+    const bool moved = !same(along, learn->along);
     learn->along = along;
-    const bool moved = !same(input->current, learn->current);
-    learn->current = input->current;
     return moved;
 }
 

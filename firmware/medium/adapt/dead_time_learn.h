@@ -23,13 +23,13 @@
  *
  * V_hat then follows V with the rate g (medium/adapt/gain.h; docs/theory.md, 25). The learnt value is used
  * if it differs from the parameters by more than chance can explain. Below this threshold its weight falls
- * with the fourth power of the difference. Part of the threshold falls with g. The rest is the variance of the learnt value by the noise of the current sensors, which acts like the
- * voltage 12 omega L s, and by a swing of the current in a forced frame, which shows a part of the shape of
- * the EMF as its twelfth harmonic. The value that is compared is a low-pass of the learnt one with 2
- * |omega_ref|, because a slow EMF across the current, from a rotor that swings, moves the learnt value at the
- * twelfth harmonic. The learnt value that is used is the nearest to the parameters that differs from this one
- * by no more than a wrong L may have changed it. Another model of the observer shows another EMF of the same rotor:
- * the means begin again.
+ * with the fourth power of the difference. Part of the threshold falls with g. The rest is the variance of
+ * the learnt value by the noise of the current sensors, which acts like the voltage 12 omega L s, and by a
+ * swing of the current in a forced frame, which shows a part of the shape of the EMF as its twelfth harmonic.
+ * The value that is compared is a low-pass of the learnt one with 2 |omega_ref|, because a slow EMF across
+ * the current, from a rotor that swings, moves the learnt value at the twelfth harmonic. The learnt value
+ * that is used is the nearest to the parameters that differs from this one by no more than a wrong L may have
+ * changed it. Another model of the observer shows another EMF of the same rotor: the means begin again.
  *
  * The law does not need the rotor's angle: it also learns in a forced frame and while the estimate
  * is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then follows the
@@ -119,7 +119,6 @@ typedef struct {
     float square;    /* low-pass of |i|^2 [A^2] */
     ab_t along;      /* u of the last step [-] */
     float way;       /* w of the last step [-] */
-    ab_t current;    /* of the last step [A] */
     ab_t rest;       /* e - m(e) of the last step [V] */
     ab_t against;    /* component that turns against the current: low-pass of (e - m(e)) u [V] */
     float seen;      /* [s] time with which this step counts; 0: it is not used */

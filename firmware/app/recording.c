@@ -13,8 +13,8 @@
                                                         */
 
 /* The ring is long enough for a useful time before the fault. */
-typedef char recording_fits[(CAPTURE_SLOTS > 2u * RECORDING_SNAPSHOT + RECORDING_EVENT * RECORDING_EVENTS +
-                                                 RECORD_COLUMNS * 96u)
+typedef char recording_fits[(CAPTURE_SLOTS >= 2u * RECORDING_SNAPSHOT + RECORDING_EVENT * RECORDING_EVENTS +
+                                                  RECORD_COLUMNS * 96u)
                                 ? 1
                                 : -1];
 

@@ -24,6 +24,13 @@
 #define DRIVE_SAMPLE_LATE       UINT32_C(8) /* the interrupt of this period came too late */
 /* the enable input of the board is not active; not on a board without one */
 #define DRIVE_SAMPLE_NOT_ENABLED UINT32_C(16)
+/* too many of the last interrupts came too late; set by measure_step() */
+#define DRIVE_SAMPLE_LATE_OFTEN UINT32_C(32)
+
+/* A late interrupt counts MEASURE_LATE_ONE, a punctual one takes 1 from the sum. MEASURE_LATE_OFTEN is
+ * reached by three late interrupts in succession, and after some time by more than one in nine. */
+#define MEASURE_LATE_ONE   UINT32_C(8)
+#define MEASURE_LATE_OFTEN (3u * MEASURE_LATE_ONE)
 
 /* Value of a temperature sensor that the board does not have; it is below any temperature [degC]. */
 #define DRIVE_NO_TEMPERATURE (-273.15f)
@@ -104,6 +111,7 @@ typedef struct {
     measure_noise_t noise;
     measure_rest_t rest;
     abc_t before;        /* [A] phase currents of the sample before the newest */
+    uint32_t late;       /* [-] sum of the late interrupts, up to MEASURE_LATE_OFTEN */
     measured_t measured; /* of the newest sample */
 } measure_t;
 
@@ -194,6 +202,14 @@ static inline void measure_step(measure_t *measure, const drive_samples_t *sampl
     measured->current = (ab_t){current.alpha - trim.alpha, current.beta - trim.beta};
     measured->encoder_count = samples->encoder;
     measured->flags = samples->flags;
+    if ((samples->flags & DRIVE_SAMPLE_LATE) != 0u) {
+        measure->late = measure->late + MEASURE_LATE_ONE < MEASURE_LATE_OFTEN
+                            ? measure->late + MEASURE_LATE_ONE
+                            : MEASURE_LATE_OFTEN;
+        measured->flags |= measure->late == MEASURE_LATE_OFTEN ? DRIVE_SAMPLE_LATE_OFTEN : 0u;
+    } else if (measure->late != 0u) {
+        measure->late--;
+    }
 }
 
 #endif

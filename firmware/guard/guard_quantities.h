@@ -42,7 +42,7 @@ static inline uint32_t guard_bad_sample(const guard_input_t *input)
     /* rows that are judged in each period */                                                                \
     NUMBER(u_dc, measured->u_dc)                         /* [V] */                                           \
     BITS(tripped, measured->flags, DRIVE_SAMPLE_TRIPPED) /* the trip zone holds the gates off */             \
-    BITS(late, measured->flags, DRIVE_SAMPLE_LATE)       /* this interrupt came too late in its period */    \
+    BITS(late, measured->flags, DRIVE_SAMPLE_LATE_OFTEN) /* too many interrupts came too late */             \
     WHOLE(medium_late, medium_late) /* the medium task has missed two consecutive windows */                 \
     /* quadrature phase error since the last sample */                                                       \
     BITS(encoder_error, measured->flags, DRIVE_SAMPLE_ENCODER)                                               \

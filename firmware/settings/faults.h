@@ -53,8 +53,9 @@
       "the DC link exceeded dc_overvoltage", "brake more slowly or add a brake resistor")                    \
     F(26, OVERSPEED, "overspeed", speed, ABOVE, "overspeed_trip", 0.0f, EACH, DRIVE_PERIODS(1e-3f), RUNNING, \
       OPEN, "the speed exceeded overspeed_trip", "check references, encoder and load")                       \
-    F(29, LATE, "late", late, HOLDS, "", 0.0f, EACH, 3u, RUNNING, OPEN,                                      \
-      "the interrupt exceeded its period several times in succession", "shorten the interrupt")              \
+    F(29, LATE, "late", late, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                                      \
+      "the interrupt exceeded its period three times in succession, or often",                               \
+      "shorten the interrupt and the sections that disable interrupts")                                      \
     F(23, DC_UNDERVOLTAGE, "dc_undervoltage", u_dc, BELOW, "dc_undervoltage", 0.0f, EACH,                    \
       DRIVE_PERIODS(1e-3f), SUPPLIED, OPEN, "the DC link is below dc_undervoltage",                          \
       "check supply and precharge")                                                                          \

@@ -65,7 +65,8 @@
     F(2042, sink_temperature, fast.measure.measured.sink_temperature, "degC", "heat-sink temperature")       \
     F(2043, motor_temperature, fast.measure.measured.motor_temperature, "degC", "motor winding temperature") \
     U(2044, sample_flags, fast.measure.measured.flags, "-",                                                  \
-      "1 tripped, 2 fault line, 4 encoder phase error, 8 late, 16 enable input not active")                  \
+      "1 tripped, 2 fault line, 4 encoder phase error, 8 late, 16 enable input not active, 32 late too "     \
+      "often")                                                                                               \
     F(2050, theta_hat, fast.estimator.estimate.frame.theta_e, "rad",                                         \
       "electrical angle of the estimator at t_k")                                                            \
     F(2051, omega_hat, fast.estimator.estimate.frame.omega_e, "rad/s",                                       \

@@ -255,6 +255,24 @@ static void test_an_interrupt_longer_than_the_period_is_reported_as_late(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
 }
 
+/* Every third sample is missing, and the interrupt after it shows a longer time since the last one. No two of
+ * them are in succession. Without a report the drive, which counts interrupts, computes a speed that is half
+ * too large. Once in ten interrupts is not too often. */
+static void test_samples_that_are_missing_too_often_are_reported_as_late(void)
+{
+    start();
+    for (uint32_t n = 0; n < 60u; n++) {
+        run_put(rig, "missing_samples", 1.0);
+        rig_run(rig, 10);
+    }
+    run_expect_no_fault(rig);
+    for (uint32_t n = 0; n < 6u; n++) {
+        run_put(rig, "missing_samples", 1.0);
+        rig_run(rig, 3);
+    }
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_LATE, rig_value(rig, "fault_reason"));
+}
+
 /* The interrupt of t_k is still running at t_{k+1}, and the recorded truth of t_{k+1} is nevertheless that
  * of this instant: a shaft without friction and load turns by omega T_s p in each period. */
 static void test_truth_is_of_t_k_while_an_interrupt_runs_over_it(void)

@@ -143,7 +143,7 @@ static const struct {
     {"speed", AT(input.omega_m), 0u, 1.0f},
     {"speed", AT(input.omega_m), 0u, -1.0f},
     {"tripped", AT(measured.flags), DRIVE_SAMPLE_TRIPPED, 0.0f},
-    {"late", AT(measured.flags), DRIVE_SAMPLE_LATE, 0.0f},
+    {"late", AT(measured.flags), DRIVE_SAMPLE_LATE_OFTEN, 0.0f},
     {"medium_late", AT(input.medium_late), 1u, 0.0f},
     {"encoder_error", AT(measured.flags), DRIVE_SAMPLE_ENCODER, 0.0f},
     {"bad_sample", AT(bad), 1u, 0.0f},
@@ -408,7 +408,7 @@ static float ruled(const rule_t *rule, uint32_t row)
 /* Debounce times: a danger of destruction within a period stops the drive at once, a voltage or a speed
  * within a millisecond, a temperature within a tenth of a second. Single disturbed conversions and late
  * interrupts are permitted. The other conditions are debounced where they are detected. */
-static const rule_t debounces[] = {{" bad_sample late ", 3.0f},
+static const rule_t debounces[] = {{" bad_sample ", 3.0f},
                                    {" dc_overvoltage ", 2.0f},
                                    {" overspeed dc_undervoltage ", 1e-3f / DRIVE_PERIOD},
                                    {" sink_hot motor_hot sink_warm motor_warm ", 0.1f / DRIVE_PERIOD},

@@ -236,6 +236,40 @@ static void test_a_current_that_begins_in_a_calibration_leaves_the_offsets(void)
     }
 }
 
+/* The number of the first of these interrupts at which they have been late too often; 0: never. `late` of
+ * every `cycle` interrupts are late. */
+static uint32_t late_often_at(uint32_t late, uint32_t cycle)
+{
+    setUp();
+    for (uint32_t n = 0; n < 10000u; n++) {
+        samples.flags = n % cycle < late ? DRIVE_SAMPLE_LATE | DRIVE_SAMPLE_TRIPPED : DRIVE_SAMPLE_TRIPPED;
+        measure_step(&measure, &samples, NO_TRIM);
+        const uint32_t often = measure.measured.flags & DRIVE_SAMPLE_LATE_OFTEN;
+        TEST_ASSERT_EQUAL_HEX32(samples.flags, measure.measured.flags - often);
+        if (often != 0u) {
+            samples.flags = 0u;
+            measure_step(&measure, &samples, NO_TRIM);
+            TEST_ASSERT_EQUAL_HEX32(0u, measure.measured.flags);
+            return n + 1u;
+        }
+    }
+    return 0u;
+}
+
+/* A late interrupt counts 8, a punctual one takes 1 away, and 24 are too often: three in succession; of two
+ * in three 8, 16, 15, 23, and 31 with the fifth; every second one 8, 7, 15, 14, 22, 21, and 29 with the
+ * seventh; one in eight after 16 such cycles. One in nine is never too often. */
+static void test_interrupts_that_are_late_too_often_are_marked(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(3u, late_often_at(3u, 10u));
+    TEST_ASSERT_EQUAL_UINT32(3u, late_often_at(1u, 1u));
+    TEST_ASSERT_EQUAL_UINT32(5u, late_often_at(2u, 3u));
+    TEST_ASSERT_EQUAL_UINT32(7u, late_often_at(1u, 2u));
+    TEST_ASSERT_EQUAL_UINT32(129u, late_often_at(1u, 8u));
+    TEST_ASSERT_EQUAL_UINT32(0u, late_often_at(1u, 9u));
+    TEST_ASSERT_EQUAL_UINT32(0u, late_often_at(2u, 18u));
+}
+
 /* In the period of an invalid sample, a sensor within its range has its own value, here minus its offset of
  * 0.1, -0.2 and 0.1 A. Another one continues the line of the last two good samples: 3 and 4 A continue with 5
  * A, -1 and -1.5 A with -2 A, and -2 and -2.5 A with -3 A. Phase c without a sensor of its own always does.

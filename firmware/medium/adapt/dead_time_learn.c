@@ -128,9 +128,9 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
                   lowpass_step(turned.beta, share, vector.beta)};
 }
 
-/* Updates the slow means, and the angle by which the current's direction has turned. Returns false if it has
- * not turned, as with frozen samples. */
-static bool go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along, float square)
+/* Updates the slow means. Returns the weight w of the step, from the angle by which the current's direction
+ * has turned. */
+static float go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along, float square)
 {
     if (learn->begun == 0u) {
         learn->begun = 1u;
@@ -155,10 +155,8 @@ static bool go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     learn->against.alpha = lowpass_step(learn->against.alpha, share, against.alpha);
     learn->against.beta = lowpass_step(learn->against.beta, share, against.beta);
     const float way = cross(learn->along, along) * inverse_root(share * share);
-    learn->way = 0.5f + 0.5f * bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
-    const bool moved = !same(along, learn->along);
     learn->along = along;
-    return moved;
+    return 0.5f + 0.5f * bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
 }
 
 /* True if the speed is near its reference, the current is large enough and turns with both, and the current
@@ -230,8 +228,9 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     }
     const float inverse = inverse_root(square);
     const ab_t along = {inverse * input->current.alpha, inverse * input->current.beta};
-    const bool moved = go_on(learn, input, along, square);
-    if (!moved || !settled(learn, input, band)) {
+    const bool frozen = same(along, learn->along);
+    const float weight = go_on(learn, input, along, square);
+    if (frozen || !settled(learn, input, band)) {
         return;
     }
     const float across = cross(along, learn->rest);
@@ -243,7 +242,7 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
     const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
     learn->seen = time;
-    const float seen = across * twelfth(along) * learn->way * per_volt;
+    const float seen = across * twelfth(along) * weight * per_volt;
     const float missed = (1.0f / (ALONG * POWER)) * seen;
     const float share = learn->rate * time;
     const float wanted = learn->learnt + share * (learn->effective + missed - learn->learnt);

@@ -118,7 +118,6 @@ typedef struct {
     ab_t along_mean; /* m(u) [-] */
     float square;    /* low-pass of |i|^2 [A^2] */
     ab_t along;      /* u of the last step [-] */
-    float way;       /* w of the last step [-] */
     ab_t rest;       /* e - m(e) of the last step [V] */
     ab_t against;    /* component that turns against the current: low-pass of (e - m(e)) u [V] */
     float seen;      /* [s] time with which this step counts; 0: it is not used */

@@ -413,6 +413,9 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     }
     fast->period++;
     measure_step(&fast->measure, samples, setpoint->trim);
+    if ((samples->flags & DRIVE_SAMPLE_LATE) != 0u) {
+        measure_late(&fast->measure, fast->period);
+    }
     estimate_position(fast, orders);
     const bool left = fast_trip(fast, orders, samples);
     sum_up(fast);

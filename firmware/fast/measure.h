@@ -24,13 +24,14 @@
 #define DRIVE_SAMPLE_LATE       UINT32_C(8) /* the interrupt of this period came too late */
 /* the enable input of the board is not active; not on a board without one */
 #define DRIVE_SAMPLE_NOT_ENABLED UINT32_C(16)
-/* too many of the last interrupts came too late; set by measure_step() */
+/* too many of the last interrupts came too late; set by measure_late() */
 #define DRIVE_SAMPLE_LATE_OFTEN UINT32_C(32)
 
-/* A late interrupt counts MEASURE_LATE_ONE, a punctual one takes 1 from the sum. MEASURE_LATE_OFTEN is
- * reached by three late interrupts in succession, and after some time by more than one in nine. */
-#define MEASURE_LATE_ONE   UINT32_C(8)
-#define MEASURE_LATE_OFTEN (3u * MEASURE_LATE_ONE)
+/* [periods] A late interrupt adds MEASURE_LATE_ONE to a sum, which falls by 1 in each period.
+ * MEASURE_LATE_OFTEN is reached by three late interrupts in succession, and after some time by more than one
+ * in nine. */
+#define MEASURE_LATE_ONE   UINT32_C(9)
+#define MEASURE_LATE_OFTEN (3u * MEASURE_LATE_ONE - 2u)
 
 /* Value of a temperature sensor that the board does not have; it is below any temperature [degC]. */
 #define DRIVE_NO_TEMPERATURE (-273.15f)
@@ -111,7 +112,7 @@ typedef struct {
     measure_noise_t noise;
     measure_rest_t rest;
     abc_t before;        /* [A] phase currents of the sample before the newest */
-    uint32_t late;       /* [-] sum of the late interrupts, up to MEASURE_LATE_OFTEN */
+    uint32_t late_until; /* [periods] end of the sum of the late interrupts */
     measured_t measured; /* of the newest sample */
 } measure_t;
 
@@ -202,14 +203,17 @@ static inline void measure_step(measure_t *measure, const drive_samples_t *sampl
     measured->current = (ab_t){current.alpha - trim.alpha, current.beta - trim.beta};
     measured->encoder_count = samples->encoder;
     measured->flags = samples->flags;
-    if ((samples->flags & DRIVE_SAMPLE_LATE) != 0u) {
-        measure->late = measure->late + MEASURE_LATE_ONE < MEASURE_LATE_OFTEN
-                            ? measure->late + MEASURE_LATE_ONE
-                            : MEASURE_LATE_OFTEN;
-        measured->flags |= measure->late == MEASURE_LATE_OFTEN ? DRIVE_SAMPLE_LATE_OFTEN : 0u;
-    } else if (measure->late != 0u) {
-        measure->late--;
-    }
+}
+
+/* Counts a late interrupt, in this period of the clock, which measure_step() has updated. The sum of the late
+ * interrupts is kept as the period in which it ends, so that punctual ones need no computation. */
+static inline void measure_late(measure_t *measure, uint32_t period)
+{
+    const uint32_t left = measure->late_until - period;
+    const uint32_t sum = MEASURE_LATE_ONE + (left < MEASURE_LATE_OFTEN ? left : 0u);
+    const bool often = sum >= MEASURE_LATE_OFTEN;
+    measure->late_until = period + (often ? MEASURE_LATE_OFTEN : sum);
+    measure->measured.flags |= often ? DRIVE_SAMPLE_LATE_OFTEN : 0u;
 }
 
 #endif

@@ -237,37 +237,60 @@ static void test_a_current_that_begins_in_a_calibration_leaves_the_offsets(void)
 }
 
 /* The number of the first of these interrupts at which they have been late too often; 0: never. `late` of
- * every `cycle` interrupts are late. */
-static uint32_t late_often_at(uint32_t late, uint32_t cycle)
+ * every `cycle` interrupts are late; the clock begins at `begin` [periods]. */
+static uint32_t late_often_at(uint32_t late, uint32_t cycle, uint32_t begin)
 {
     setUp();
+    measure.late_until = begin;
     for (uint32_t n = 0; n < 10000u; n++) {
-        samples.flags = n % cycle < late ? DRIVE_SAMPLE_LATE | DRIVE_SAMPLE_TRIPPED : DRIVE_SAMPLE_TRIPPED;
+        const bool is_late = n % cycle < late;
+        samples.flags = is_late ? DRIVE_SAMPLE_LATE | DRIVE_SAMPLE_TRIPPED : DRIVE_SAMPLE_TRIPPED;
         measure_step(&measure, &samples, NO_TRIM);
+        if (is_late) {
+            measure_late(&measure, begin + n);
+        }
         const uint32_t often = measure.measured.flags & DRIVE_SAMPLE_LATE_OFTEN;
         TEST_ASSERT_EQUAL_HEX32(samples.flags, measure.measured.flags - often);
         if (often != 0u) {
-            samples.flags = 0u;
-            measure_step(&measure, &samples, NO_TRIM);
-            TEST_ASSERT_EQUAL_HEX32(0u, measure.measured.flags);
             return n + 1u;
         }
     }
     return 0u;
 }
 
-/* A late interrupt counts 8, a punctual one takes 1 away, and 24 are too often: three in succession; of two
- * in three 8, 16, 15, 23, and 31 with the fifth; every second one 8, 7, 15, 14, 22, 21, and 29 with the
- * seventh; one in eight after 16 such cycles. One in nine is never too often. */
+/* A late interrupt adds 9 to the sum, which falls by 1 in each period, and 25 are too often: three in
+ * succession make 9, 17 and 25; of two in three 9, 17, then 15 + 9, and 32 with the fifth; of every second
+ * one 9, 16, 23 and 30 with the seventh; of one in eight 9, 10, and so on, 25 after 16 such cycles. One in
+ * nine is never too often. The clock may pass its end. */
 static void test_interrupts_that_are_late_too_often_are_marked(void)
 {
-    TEST_ASSERT_EQUAL_UINT32(3u, late_often_at(3u, 10u));
-    TEST_ASSERT_EQUAL_UINT32(3u, late_often_at(1u, 1u));
-    TEST_ASSERT_EQUAL_UINT32(5u, late_often_at(2u, 3u));
-    TEST_ASSERT_EQUAL_UINT32(7u, late_often_at(1u, 2u));
-    TEST_ASSERT_EQUAL_UINT32(129u, late_often_at(1u, 8u));
-    TEST_ASSERT_EQUAL_UINT32(0u, late_often_at(1u, 9u));
-    TEST_ASSERT_EQUAL_UINT32(0u, late_often_at(2u, 18u));
+    static const uint32_t begins[] = {0u, UINT32_MAX - 3u, UINT32_MAX / 2u};
+    for (uint32_t n = 0; n < 3u; n++) {
+        TEST_ASSERT_EQUAL_UINT32(3u, late_often_at(3u, 10u, begins[n]));
+        TEST_ASSERT_EQUAL_UINT32(3u, late_often_at(1u, 1u, begins[n]));
+        TEST_ASSERT_EQUAL_UINT32(5u, late_often_at(2u, 3u, begins[n]));
+        TEST_ASSERT_EQUAL_UINT32(7u, late_often_at(1u, 2u, begins[n]));
+        TEST_ASSERT_EQUAL_UINT32(129u, late_often_at(1u, 8u, begins[n]));
+        TEST_ASSERT_EQUAL_UINT32(0u, late_often_at(1u, 9u, begins[n]));
+        TEST_ASSERT_EQUAL_UINT32(0u, late_often_at(2u, 18u, begins[n]));
+    }
+}
+
+/* A sum that has ended long ago, at any distance of the clock, does not count. */
+static void test_a_late_interrupt_long_ago_is_forgotten(void)
+{
+    static const uint32_t later[] = {9u, 100u, UINT32_MAX / 2u, UINT32_MAX / 2u + 50u, UINT32_MAX - 100u};
+    for (uint32_t n = 0; n < sizeof later / sizeof later[0]; n++) {
+        setUp();
+        measure_step(&measure, &samples, NO_TRIM);
+        measure_late(&measure, 7u);
+        measure_late(&measure, 8u);
+        measure_late(&measure, 16u + later[n]);
+        measure_late(&measure, 17u + later[n]);
+        TEST_ASSERT_EQUAL_HEX32(0u, measure.measured.flags & DRIVE_SAMPLE_LATE_OFTEN);
+        measure_late(&measure, 18u + later[n]);
+        TEST_ASSERT_EQUAL_HEX32(DRIVE_SAMPLE_LATE_OFTEN, measure.measured.flags & DRIVE_SAMPLE_LATE_OFTEN);
+    }
 }
 
 /* In the period of an invalid sample, a sensor within its range has its own value, here minus its offset of

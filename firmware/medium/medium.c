@@ -10,6 +10,7 @@
 #define CONFIRMED_LEAST 0.7f
 #define CONFIRMED_MOST  1.5f
 #define CONFIRMED_LAG   1.25f /* [-] speed over that of the loop without its proportional part */
+#define CONFIRMED_GROWN 1.1f  /* [-] of the mean over 3 ms: largest mean over 1.7 ms */
 
 /* [-] of the link: largest EMF of a rotor whose current through the diodes is not detected */
 #define CONFIRMED_BEYOND 1.15f
@@ -23,32 +24,37 @@
 
 /* ---- faults ---- */
 
-/* True if the EMF of a catch comes from a rotor. Noise has a length, but no mean in a rotating frame, and
- * no direction. A rotor whose EMF is far above the link would have fed it before the gates were on. The
- * outcome of a lost catch is not used. */
-static bool is_caught(const medium_t *medium, const window_t *window)
+/* True if the EMF of the newest catch comes from a rotor. Noise has a length, but no mean in a rotating
+ * frame, and no direction. An open wire makes an EMF that grows, so that its short mean exceeds the long one.
+ * A rotor whose EMF is far above the link would have fed it before the gates were on. */
+static bool is_caught(const window_t *window)
 {
     const catch_seen_t *catching = &window->catching.seen;
     const float least = CONFIRMED_LEAST * catching->length;
+    const float grown = CONFIRMED_GROWN * catching->length;
     const float most = CONFIRMED_BEYOND * FRAMES_ONE_OVER_SQRT_3 * window->measured.u_dc;
     const ab_t mean = catching->emf;
-    return medium->manoeuvres.now == (int32_t)MANOEUVRE_CATCH &&
-           mean.alpha * mean.alpha + mean.beta * mean.beta >= least * least &&
+    const float square = mean.alpha * mean.alpha + mean.beta * mean.beta;
+    return square >= least * least && square <= grown * grown &&
            !bounds_within(catching->cross, catching->cross_min) && catching->length <= most;
 }
 
 /* True if the EMF confirms the speed. In a loop that tracks the rotor the EMF lies on the q axis and has the
- * expected length, also for the speed at the stop, which the estimate may have reached within a window. A
- * relock is excluded, because its loop did not follow the rotor at the beginning. */
+ * expected length, also for the speed at the stop, which the estimate may have reached within a window. The
+ * low-pass of this EMF begins with the expected one: in a loop that has just begun, the catch before has to
+ * confirm the speed. A relock is excluded, because its loop did not follow the rotor at the beginning; the
+ * outcome of a lost catch is not used. */
 static bool is_confirmed(const medium_t *medium, const window_t *window, float omega_e)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     const float now = medium->estimate.flux * bounds_magnitude(omega_e);
     const float expected = now > m->lock.expected ? now : m->lock.expected;
     if (m->tracking == 0u) {
-        return is_caught(medium, window);
+        return m->now == (int32_t)MANOEUVRE_CATCH && is_caught(window);
     }
-    return manoeuvres_knows(m) && m->lock.projection >= CONFIRMED_LEAST * expected &&
+    const bool begins = m->now == (int32_t)MANOEUVRE_RUN && m->windows < MANOEUVRE_MASKED;
+    return manoeuvres_knows(m) && (!begins || is_caught(window)) &&
+           m->lock.projection >= CONFIRMED_LEAST * expected &&
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 

@@ -808,6 +808,21 @@ static void test_where_the_ripple_exceeds_the_current_there_is_no_dither(void)
     }
 }
 
+/* In a step the rotor turns by a third of a turn, within 0.004 rad: all steps have their samples at the same
+ * angles. At 1.4 times this distance L is learnt. */
+static void test_where_the_samples_repeat_their_angles_there_is_no_dither(void)
+{
+    static const double apart[] = {0.0, 0.0035, -0.0035, 0.0056, -0.0056}; /* [rad] */
+    for (size_t n = 0; n < sizeof apart / sizeof apart[0]; n++) {
+        motor_t motor = usual();
+        motor.omega = (n % 2 == 0 ? 1.0 : -1.0) * (2.0 * PI / 3.0 + apart[n]) / (EVERY * PERIOD);
+        motor.l_d_from = motor.l_q_from = L_TRUE / 1.2;
+        begin(&motor);
+        run(&motor, 5.0);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, n >= 3u ? 1.2 : 1.0, (double)x.learnt.value / motor.l_q_from);
+    }
+}
+
 /* By algebra: not within 4 Hz of one or two times the electrical frequency, and with torque not within 6.5 Hz
  * of six times it; without torque not within 4 Hz of five to seven times it. */
 static bool is_good_at(double f, double electrical, bool torque)

@@ -7,7 +7,6 @@
 #include "medium/adapt/inductance_dither.h"
 
 #define TWELFTH       0.083333333f
-#define RIPPLE_TURN   0.8f        /* [rad] of the rotor in a step, from which on the ripple does not matter */
 #define SLOW_TIMES    UINT32_C(3) /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
 #define TRUST         0.2f      /* [-] change of the confidence by a cycle that agrees with the one before */
 #define CONFIDENT     0.5f      /* [-] confidence from which the result of a cycle is used */
@@ -122,8 +121,8 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
 /* True if the response to the dither is beyond the errors of the voltage. */
 static bool shows(const inductance_t *x, float speed, float i_q)
 {
-    const bool ripples = bounds_within(i_q, speed * x->tuning.ripple) && speed * x->tuning.time < RIPPLE_TURN;
-    return speed * x->tuning.from * x->tuning.current >= INDUCTANCE_EMF && !ripples;
+    return speed * x->tuning.from * x->tuning.current >= INDUCTANCE_EMF &&
+           !inductance_hides(&x->tuning, speed, i_q);
 }
 
 /* True if i_q [A] makes enough torque that L affects the result. */

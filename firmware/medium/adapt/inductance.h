@@ -30,7 +30,8 @@
  * while most results agree. Where no result is possible, at low speed or without torque, there is no dither.
  * The same applies where the response omega L i_d is so small that errors of the dead time exceed it, as with
  * a motor of 0.1 mH, or where i_q is smaller than the change of the current by the EMF in T, at less than
- * RIPPLE_TURN: the signs of the phase currents then change within T.
+ * INDUCTANCE_RIPPLE_TURN: the signs of the phase currents then change within T. Where a step is a third of a
+ * turn within INDUCTANCE_REPEATS, its samples repeat their angles, and there is no dither either.
  *
  * The voltage omega L i_d of the dither falls with the speed, and the errors of the EMF do not: what is left
  * of its harmonics, and the dead time. Below INDUCTANCE_SLOW the amplitude therefore grows with the

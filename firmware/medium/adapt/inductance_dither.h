@@ -6,6 +6,9 @@
 
 #define INDUCTANCE_TWO_PI 6.2831853f
 
+#define INDUCTANCE_RIPPLE_TURN 0.8f   /* [rad] turn in a step from which on the ripple does not matter */
+#define INDUCTANCE_REPEATS     0.004f /* [rad] a step is a third of a turn: within half a sample in a cycle */
+
 /* True if the frequency is not near one or two times the electrical one, and not within `reach` of six times
  * it. All in [rad/s]. */
 static inline bool inductance_is_good(float frequency, float omega, float reach)
@@ -13,6 +16,17 @@ static inline bool inductance_is_good(float frequency, float omega, float reach)
     const float near = INDUCTANCE_TWO_PI * INDUCTANCE_NEAR;
     return !bounds_within(frequency - omega, near) && !bounds_within(frequency - 2.0f * omega, near) &&
            !bounds_within(frequency - 6.0f * omega, reach);
+}
+
+/* True if the inverter's voltage hides L at this speed [rad/s], above 0, and this i_q [A]. Either the ripple
+ * of the current by the EMF exceeds i_q, while the rotor turns little in a step. Or a step is so near a third
+ * of a turn that all steps of a cycle have their samples at the same angles: what the model of the inverter
+ * misses is then the same in each step, and its response to the dither counts as L. */
+static inline bool inductance_hides(const inductance_tuning_t *tuning, float speed, float i_q)
+{
+    const float turn = speed * tuning->time;
+    return (bounds_within(i_q, speed * tuning->ripple) && turn < INDUCTANCE_RIPPLE_TURN) ||
+           bounds_within(turn - INDUCTANCE_TWO_PI / 3.0f, INDUCTANCE_REPEATS);
 }
 
 /* The index of the first frequency that is good at this speed [rad/s]; without torque it must not be near

@@ -20,6 +20,10 @@
 #define CHOSEN_SATURATION_TEXT                                                                               \
     "at least 10 current_limit, because the fixed-point estimator has no saturation"
 
+/* Largest electrical turn in a period [rad]: limit of the formats of this version. */
+#define CHOSEN_TURN_MAX  0.63f
+#define CHOSEN_TURN_TEXT "0.63"
+
 typedef fixed_t chosen_t;
 typedef fixed_tuning_t chosen_tuning_t;
 #define chosen_params_check fixed_params_check
@@ -48,6 +52,11 @@ typedef fixed_tuning_t chosen_tuning_t;
  * inductance at the current limit is less than 1/40 of that without current. */
 #define CHOSEN_SATURATION_LEAST 0.4f
 #define CHOSEN_SATURATION_TEXT  "at least 0.4 current_limit, because the current control is unstable below"
+
+/* Largest electrical turn in a period [rad], that of the law of the lag (lag.h). Up to 0.8 rad, which `lagless
+ * tune` permits, the drive also holds with an L that is a fifth wrong; beyond, L has to be right. */
+#define CHOSEN_TURN_MAX  LAG_TURN_LIMIT
+#define CHOSEN_TURN_TEXT "1.15"
 
 typedef estimator_t chosen_t;
 typedef estimator_tuning_t chosen_tuning_t;

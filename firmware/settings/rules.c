@@ -34,7 +34,7 @@ const rule_t rules[RULES] = {
     [RULE_ENCODER] = {"256 motor_pole_pairs <= 4 encoder_lines",
                       2,
                       {{PARAM_motor_pole_pairs, LESS_HELPS}, {PARAM_encoder_lines, MORE_HELPS}}},
-    [RULE_TURN] = {"overspeed_trip motor_pole_pairs T_s <= 0.63 rad",
+    [RULE_TURN] = {"overspeed_trip motor_pole_pairs T_s <= " CHOSEN_TURN_TEXT " rad",
                    2,
                    {{PARAM_overspeed_trip, LESS_HELPS}, {PARAM_motor_pole_pairs, LESS_HELPS}}},
     [RULE_SATURATION] = {"motor_saturation_current = 0, or " CHOSEN_SATURATION_TEXT,
@@ -323,8 +323,8 @@ bool rules_hold(rule_number_t rule, const params_t *params)
         /* A step of the angle above 25 mrad makes the current noisy. */
         return 256 * params->motor_pole_pairs <= 4 * params->encoder_lines;
     case RULE_TURN:
-        /* Ten periods a turn: the current control is stable there with an L that is a fifth too large. */
-        return params->overspeed_trip * (float)params->motor_pole_pairs * DRIVE_PERIOD <= 0.63f * ROUNDING;
+        return params->overspeed_trip * (float)params->motor_pole_pairs * DRIVE_PERIOD <=
+               CHOSEN_TURN_MAX * ROUNDING;
     case RULE_FEEDFORWARD:
         return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth * ROUNDING;
     case RULE_FORGETTING:

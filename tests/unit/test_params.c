@@ -1,4 +1,5 @@
 #include "estimator/chosen.h"
+#include "estimator/chosen.h"
 #include "settings/params.h"
 
 #include "settings/reasons.h"
@@ -111,7 +112,8 @@ static void check_rule(const rule_t *rule)
     expect_accepted_at(rule->field, rule->bad > why.max ? why.max : why.min);
 }
 
-#define FASTEST "observer_gain=1010 observer_slope=0.19 motor_flux_linkage=0.04 "
+#define FASTEST       "observer_gain=1010 observer_slope=0.19 motor_flux_linkage=0.02 "
+#define FASTEST_SPEED (CHOSEN_TURN_MAX / 4e-4f) /* [rad/s] */
 
 static const rule_t between_rows[] = {
     {"overcurrent_trip", 12.0f, 11.9f, 12.0f, 19.0f, "current_limit=10"},
@@ -122,12 +124,13 @@ static const rule_t between_rows[] = {
     /* A switch must be off before the other switch turns on. */
     {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, "dead_time=2e-6 turn_on_delay=0.5e-6"},
     {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, "encoder_lines=256"},
-    /* 0.63 rad/(4 pole pairs x 100 us), for a motor of 0.04 Wb, whose EMF does not charge the link. The
-     * observer covers its EMF with a slope by the rule. The lower end is estimate_speed_min. If
-     * start_speed is configured, the lower end is start_speed/0.3, because the largest hand-over speed by
-     * the rule is 0.3 of this parameter. */
-    {"overspeed_trip", 1574.0f, 1576.0f, 3.0f, 1575.0f, FASTEST},
-    {"overspeed_trip", 1574.0f, 1576.0f, 8.0f / 0.3f, 1575.0f, FASTEST "start_speed=8"},
+    /* The largest turn in a period/(4 pole pairs x 100 us), for a motor of 0.02 Wb, whose EMF does not
+     * charge the link. The observer covers its EMF with a slope by the rule. The lower end is
+     * estimate_speed_min. If start_speed is configured, the lower end is start_speed/0.3, because the
+     * largest hand-over speed by the rule is 0.3 of this parameter. */
+    {"overspeed_trip", 0.999f * FASTEST_SPEED, 1.001f * FASTEST_SPEED, 3.0f, FASTEST_SPEED, FASTEST},
+    {"overspeed_trip", 0.999f * FASTEST_SPEED, 1.001f * FASTEST_SPEED, 8.0f / 0.3f, FASTEST_SPEED,
+     FASTEST "start_speed=8"},
     /* The link of the board withstands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer would
      * cover more. */
     {"overspeed_trip", 354.8f, 355.1f, 3.0f,

@@ -31,7 +31,7 @@ typedef struct {
 /* Least floor for which 1/amplitude_floor fits its format. */
 #define PLL_FLOOR_LEAST Q_ONE(VOLTAGE_Q - 15)
 
-/* PLL_TURN_LIMIT as a speed in both formats: 2^31/2 pi. */
+/* Largest turn in a period, 1 rad, as a speed in both formats: 2^31/2 pi. */
 #define PLL_SHORT_LIMIT INT32_C(341782637)
 #define PLL_SPEED_LIMIT (PLL_SHORT_LIMIT * (INT64_C(1) << (LONG_SPEED_Q - SPEED_Q)))
 

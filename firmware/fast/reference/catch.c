@@ -123,7 +123,7 @@ static bool is_steady(const catch_t *catching, const catch_tuning_t *tuning)
 }
 
 /* Speed from the turn of the EMF in a period [rad/s]: the arc of its sine by a series, within 0.06 % to 0.63
- * rad. The lag of an observer that has found the EMF is constant, and has no effect. */
+ * rad and 2 % to 1.05 rad. The lag of an observer that has found the EMF is constant, and has no effect. */
 static float turning_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t last, ab_t emf)
 {
     ab_t turn = catching->turn;

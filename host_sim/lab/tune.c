@@ -45,6 +45,7 @@
 #define CURRENT_BANDWIDTH (0.1 / T_S) /* 15: K = 0.1 */
 #define LOW_CURRENT       0.2         /* 23: of current_limit */
 #define LOW_RIPPLE        0.6         /* 23: of the ripple of the current */
+#define LOW_MOST          0.5         /* 23: of current_limit */
 #define SPEED_LEAST       0.02        /* 11: of the top speed, 3 rad/s over 157 */
 #define VOLTAGE_ROOM      0.9         /* of the voltage that the duty limits permit, for the control */
 #define ANSWER            14.0        /* 23: pll_bandwidth over the bandwidth of the speed control */
@@ -437,8 +438,8 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
         add(tune, "motor_time_constant", motor->value[MOTOR_WARMING], "[s] of the winding");
     }
     const double low = larger(LOW_CURRENT * g->limit, LOW_RIPPLE * g->ripple);
-    add(tune, "low_speed_current", four_digits(smaller(low, g->limit)),
-        "[A] a fifth of current_limit, at least 0.6 of the ripple (theory, 23)");
+    add(tune, "low_speed_current", four_digits(smaller(low, LOW_MOST * g->limit)),
+        "[A] a fifth of current_limit, at least 0.6 of the ripple, at most half of the limit (theory, 23)");
     add(tune, "overspeed_trip", g->overspeed,
         "[rad/s] 1.4 of the top speed, %.0f r/min; 0.78 rad a period at most", g->speed / RPM);
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {

@@ -30,8 +30,9 @@
 
 typedef enum { LAG_NONE, LAG_PRINTED, LAG_CORRECTED, LAG_EXACT } lag_mode_t;
 
-/* Largest |omega_e| T that is evaluated [rad], less than six samples per turn; beyond it the result is that of
- * this limit. The errors below are those up to 0.63 rad, ten samples per turn; at the limit they are 2e-4. */
+/* Largest |omega_e| T that is evaluated [rad], less than six samples per turn; beyond it the result is that
+ * of this limit. The errors below are those up to 0.63 rad, ten samples per turn; at the limit they are 2e-4.
+ */
 #define LAG_TURN_LIMIT 1.15f
 
 /* Correction of the angle of e_hat [rad] at this electrical speed [rad/s]; not wrapped. Odd in the speed in

@@ -54,7 +54,7 @@
 
 /* Largest angle by which the feed-forward may rotate in one period [rad]; the integrator may rotate by twice
  * this, so that it can still compensate a feed-forward at its limit. */
-#define PLL_TURN_LIMIT 1.2f
+#define PLL_TURN_LIMIT 1.25f
 
 /* Largest value whose square stays in range [V]. */
 #define PLL_EMF_LIMIT 1.0e15f

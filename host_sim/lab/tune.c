@@ -26,7 +26,7 @@
 #define SPEED_RESERVE    1.4   /* tests and defaults: 220 rad/s over 157 */
 #define SPEED_LEAST_TRIP 1.05  /* overspeed_trip over the top speed, at least */
 #define OPEN_SHARE       0.999 /* of the largest link voltage of the board: EMF with the bridge off */
-#define TURN_MOST        0.78  /* [rad] a period: with an L that is a fifth wrong (theory, 15) */
+#define TURN_MOST        0.63  /* [rad] a period: a turning rotor is caught, and L may be a fifth wrong */
 #define TURN_GOOD        0.35  /* [rad] a period at the top speed: faster, a wrong L may remain unlearnt */
 #define GAIN_RULE        1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
 #define WITHIN_MADE      0.98  /* theory, 30: share of the voltage that remains after duties and dead time */
@@ -441,7 +441,7 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "low_speed_current", four_digits(smaller(low, LOW_MOST * g->limit)),
         "[A] a fifth of current_limit, at least 0.6 of the ripple, at most half of the limit (theory, 23)");
     add(tune, "overspeed_trip", g->overspeed,
-        "[rad/s] 1.4 of the top speed, %.0f r/min; 0.78 rad a period at most", g->speed / RPM);
+        "[rad/s] 1.4 of the top speed, %.0f r/min; 0.63 rad a period at most", g->speed / RPM);
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
         add(tune, "current_judged", 0.0, "the ripple of %.3g A would trip the check of the gain", g->ripple);
     }

@@ -168,7 +168,7 @@ static void expect_handover_of_the_drive(const char *name)
 /* The text must contain the number of the parameter, unless sampling or the motor reduces it. */
 static void expect_overspeed_trip_of_its_reason(const char *name)
 {
-    const double by_turn = 0.999 * 0.78 / (motor.value[MOTOR_POLE_PAIRS] * RIG_PERIOD_SECONDS);
+    const double by_turn = 0.999 * 0.63 / (motor.value[MOTOR_POLE_PAIRS] * RIG_PERIOD_SECONDS);
     double expected = fmin(fmin(1.4 * tune.speed_top, by_turn), rig_max(rig_row_by_name("overspeed_trip")));
     if (motor.has[MOTOR_SPEED_MAX]) {
         expected = fmin(expected, fmax(motor.value[MOTOR_SPEED_MAX], 1.05 * tune.speed_top));

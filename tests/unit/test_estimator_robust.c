@@ -15,7 +15,7 @@ static void check_finite(position_t position)
     TEST_ASSERT_TRUE(isfinite(smo_equivalent_gain(&est.observer.smo)) && isfinite(flux.flux_linkage) &&
                      isfinite(est.tracker.motor.speed_per_volt) && isfinite(est.estimate.emf.alpha) &&
                      isfinite(est.estimate.emf.beta));
-    float limit = 1.0f / (float)T; /* [rad/s] PLL_TURN_LIMIT is 1 rad per period */
+    const float limit = PLL_TURN_LIMIT / (float)T; /* [rad/s] */
     TEST_ASSERT_TRUE(fabsf(est.tracker.pll.feedforward) <= limit &&
                      fabsf(est.tracker.pll.integral) <= 2.0f * limit);
 }

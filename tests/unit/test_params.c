@@ -1,5 +1,4 @@
 #include "estimator/chosen.h"
-#include "estimator/chosen.h"
 #include "settings/params.h"
 
 #include "settings/reasons.h"

@@ -531,8 +531,8 @@ static void test_sign_is_soft_around_zero_speed_and_hard_after_a_reset(void)
 }
 
 /* An angle error or an acceleration that persists without end takes the loop to its limits, from which it
- * must return. An I that would exceed 20000 rad/s keeps its value, and so does an F that would exceed
- * 10000 rad/s, after 33 steps of 300 rad/s. */
+ * must return. An I that would exceed 25000 rad/s keeps its value, and so does an F that would exceed
+ * 12500 rad/s, after 41 steps of 300 rad/s. */
 static void test_limits_hold(void)
 {
     pll_params_t params = design(200.0f, 0.0f);
@@ -543,13 +543,13 @@ static void test_limits_hold(void)
         position_t p = pll_step(&pll, emf, 0.0f, 3e6f);
         check_finite(&pll, p);
     }
-    TEST_ASSERT_TRUE(fabsf(pll.integral) <= 20000.0f && fabsf(pll.integral) > 20000.0f - params.ki * 1e-4f);
-    TEST_ASSERT_EQUAL_FLOAT(9900.0f, pll.feedforward);
+    TEST_ASSERT_TRUE(fabsf(pll.integral) <= 25000.0f && fabsf(pll.integral) > 25000.0f - params.ki * 1e-4f);
+    TEST_ASSERT_EQUAL_FLOAT(12300.0f, pll.feedforward);
     for (int k = 1; k <= 133; k++) {
         (void)pll_step(&pll, (ab_t){0.0f, 0.0f}, 0.0f, -3e6f);
-        TEST_ASSERT_EQUAL_FLOAT(fmaxf(9900.0f - 300.0f * (float)k, -9900.0f), pll.feedforward);
+        TEST_ASSERT_EQUAL_FLOAT(fmaxf(12300.0f - 300.0f * (float)k, -12300.0f), pll.feedforward);
     }
     pll_reset(&pll, (position_t){7.0f, 1e9f});
-    TEST_ASSERT_EQUAL_FLOAT(10000.0f, pll.integral);
+    TEST_ASSERT_EQUAL_FLOAT(12500.0f, pll.integral);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 7.0 - 2.0 * PI, (double)pll.theta_e);
 }

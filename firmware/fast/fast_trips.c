@@ -38,8 +38,7 @@ void fast_stop(fast_t *fast, int32_t reason)
             .theta_e = fast->rotor.theta_e,
             .omega_e = fast->rotor.omega_e,
         };
-        fast->report.window.by_encoder =
-            fast->reference.source == (int32_t)SOURCE_ENCODER ? UINT32_C(1) : UINT32_C(0);
+        fast->report.window.source = fast->reference.source;
     }
 }
 

@@ -210,10 +210,12 @@ static inline void measure_step(measure_t *measure, const drive_samples_t *sampl
 static inline void measure_late(measure_t *measure, uint32_t period)
 {
     const uint32_t left = measure->late_until - period;
-    const uint32_t sum = MEASURE_LATE_ONE + (left < MEASURE_LATE_OFTEN ? left : 0u);
-    const bool often = sum >= MEASURE_LATE_OFTEN;
-    measure->late_until = period + (often ? MEASURE_LATE_OFTEN : sum);
-    measure->measured.flags |= often ? DRIVE_SAMPLE_LATE_OFTEN : 0u;
+    const uint32_t end = (left < MEASURE_LATE_OFTEN ? measure->late_until : period) + MEASURE_LATE_ONE;
+    measure->late_until = end;
+    if (end - period >= MEASURE_LATE_OFTEN) {
+        measure->late_until = period + MEASURE_LATE_OFTEN;
+        measure->measured.flags |= DRIVE_SAMPLE_LATE_OFTEN;
+    }
 }
 
 #endif

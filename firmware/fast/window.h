@@ -60,10 +60,10 @@ typedef struct {
 
 /* What the fast task has decided by itself. */
 typedef struct {
-    fault_set_t failed;  /* fast rows of the fault table that failed in this window */
-    int32_t left;        /* [-] jump_reaction_t by which control left the encoder; else JUMP_IGNORED */
-    drive_fault_t stop;  /* reason for which the fast task or the trip interrupt has opened the bridge */
-    uint32_t by_encoder; /* [-] 1: the speed at this stop was that of the encoder */
+    fault_set_t failed; /* fast rows of the fault table that failed in this window */
+    int32_t left;       /* [-] jump_reaction_t by which control left the encoder; else JUMP_IGNORED */
+    drive_fault_t stop; /* reason for which the fast task or the trip interrupt has opened the bridge */
+    int32_t source;     /* [-] frame_source_t of the speed at this stop */
 } window_report_t;
 
 /* Sums over the periods. */

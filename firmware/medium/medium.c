@@ -89,7 +89,7 @@ static bool is_by_encoder(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     if (window->report.stop.reason != (int32_t)REASON_NONE) {
-        return window->report.by_encoder != 0u;
+        return window->report.source == (int32_t)SOURCE_ENCODER;
     }
     return m->sensorless == 0u && m->now != (int32_t)MANOEUVRE_CATCH && m->now != (int32_t)MANOEUVRE_RELOCK;
 }

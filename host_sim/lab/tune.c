@@ -26,7 +26,7 @@
 #define SPEED_RESERVE    1.4   /* tests and defaults: 220 rad/s over 157 */
 #define SPEED_LEAST_TRIP 1.05  /* overspeed_trip over the top speed, at least */
 #define OPEN_SHARE       0.999 /* of the largest link voltage of the board: EMF with the bridge off */
-#define TURN_MOST        0.63  /* [rad] a period: a turning rotor is caught, and L may be a fifth wrong */
+#define TURN_MOST        0.63  /* [rad] a period: 1.25 times the speed up to which a rotor is caught */
 #define TURN_GOOD        0.35  /* [rad] a period at the top speed: faster, a wrong L may remain unlearnt */
 #define GAIN_RULE        1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
 #define WITHIN_MADE      0.98  /* theory, 30: share of the voltage that remains after duties and dead time */

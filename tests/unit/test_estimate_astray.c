@@ -165,7 +165,7 @@ static void test_the_source_of_the_speed_is_that_at_the_stop(void)
         drive.window.omega_m = 1.1f * drive.medium.speed.trip;
         const drive_fault_t stop = {.reason = (int32_t)REASON_OVERSPEED};
         drive.window.report.stop = stop;
-        drive.window.report.by_encoder = n % 2u;
+        drive.window.report.source = (int32_t)(n % 2u != 0u ? SOURCE_ENCODER : SOURCE_CATCH);
         medium_stop(&drive.medium, &drive.window, stop);
         TEST_ASSERT_EQUAL_INT32(n % 2u != 0u ? FAST : ASTRAY, drive.medium.fault.reason);
     }

@@ -20,8 +20,8 @@
 #define CHOSEN_SATURATION_TEXT                                                                               \
     "at least 10 current_limit, because the fixed-point estimator has no saturation"
 
-/* Largest electrical turn in a period [rad]: limit of the formats of this version. */
-#define CHOSEN_TURN_MAX  0.63f
+/* Largest electrical turn in a period [rad], that of the law of the lag in this version (lag_q.h). */
+#define CHOSEN_TURN_MAX  LAG_TURN_LIMIT_FIXED
 #define CHOSEN_TURN_TEXT "0.63"
 
 typedef fixed_t chosen_t;

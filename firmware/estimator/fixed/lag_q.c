@@ -10,8 +10,8 @@
 /* omega T, Q31. */
 #define TURN_Q 31
 
-/* Largest turn in a period, 0.63 rad, as a speed, and pi. */
-#define TURN_LIMIT Q_CONST(30, 2.0f * 0.63f / 6.28318531f)
+/* LAG_TURN_LIMIT_FIXED as a speed, and pi. */
+#define TURN_LIMIT Q_CONST(30, 2.0f * LAG_TURN_LIMIT_FIXED / 6.28318531f)
 #define PI_Q       29
 #define PI         Q_CONST(PI_Q, 3.14159265f)
 

@@ -12,6 +12,9 @@
 #include "estimator/fixed/smo_q.h"
 #include "estimator/lag.h"
 
+/* Largest |omega_e| T that is evaluated [rad], as LAG_TURN_LIMIT of the version in float. */
+#define LAG_TURN_LIMIT_FIXED 0.63f
+
 /* Correction of the angle of e_hat, modulo a turn. For resets. */
 uint32_t lag_angle_q(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e);
 

@@ -276,9 +276,10 @@ static dq_t limited_reference(const fast_t *fast, const setpoint_t *setpoint)
 static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
 {
     const frame_t *frame = &fast->demand.frame;
-    const rotation_t acting = trig_advance(frame->rotation, 1.5f * DRIVE_PERIOD * frame->omega_e);
+    const float turn = DRIVE_PERIOD * frame->omega_e;
+    const rotation_t acting = trig_advance(frame->rotation, 1.5f * turn);
     const dq_t asked = current_control_step(&fast->current_control, fast->demand.current,
-                                            fast->control.current, frame->omega_e, fast->demand.emf);
+                                            fast->control.current, turn, fast->demand.emf);
     const inverter_made_t made = inverter_make(&tuning->inverter, frames_inverse_park(asked, acting),
                                                frames_inverse_park(fast->demand.current, acting),
                                                fast->acted.leg, fast->measure.measured.u_dc);

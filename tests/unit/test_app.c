@@ -517,7 +517,7 @@ static void expect_share(float expected, float inductance)
 
 static void expect_offered(float share)
 {
-    expect_share(share, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_share(share, DRIVE_PERIOD * drive_idle_tuning(&app->drive)->fast.current_control.reactance.q);
 }
 
 static void background_offers(bool offers)
@@ -540,7 +540,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     expect_offered(1.1f);
     interrupt();
     interrupt(); /* both tasks have it at the end of the next window */
-    expect_share(1.1f, app->drive.fast.current_control.inductance_q);
+    expect_share(1.1f, DRIVE_PERIOD * app->drive.fast.current_control.reactance.q);
     learnt(1.2f);
     background_offers(false);
     periods((uint32_t)(0.01 / (double)DRIVE_PERIOD + 0.5));
@@ -628,7 +628,7 @@ static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
     background();
     interrupt();
     interrupt(); /* both tasks have it at the end of the next window */
-    expect_share(1.1f, app->drive.fast.current_control.inductance_q);
+    expect_share(1.1f, DRIVE_PERIOD * app->drive.fast.current_control.reactance.q);
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 }
 

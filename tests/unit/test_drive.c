@@ -444,7 +444,8 @@ static void test_a_new_set_reaches_every_part(void)
     const current_control_t *control = &drive.fast.current_control;
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 9.6f, control->d.tuning.kp);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 9.6f, control->q.tuning.kp);
-    TEST_ASSERT_TRUE(control->inductance_d == 12e-3f && control->inductance_q == 12e-3f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 120.0f, control->reactance.d); /* 12 mH in 0.1 ms */
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 120.0f, control->reactance.q);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, fast->reference.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(9.0f * 2.0f, fast->reference.catching.speed_min);
     TEST_ASSERT_EQUAL_FLOAT(6.0f, fast->reference.forced.current);

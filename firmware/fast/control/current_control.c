@@ -18,9 +18,8 @@ current_control_tuning_t current_control_prepare(const current_control_params_t 
     const float gain = params->bandwidth * params->period;
     const float slow = 0.5f + 0.5f * root_or_none(1.0f - 4.0f * gain);
     return (current_control_tuning_t){
-        .inductance_d = params->inductance_d,
-        .inductance_q = params->inductance_q,
-        .lead = 1.0f - slow + 0.5f * gain,
+        .reactance = {params->inductance_d / params->period, params->inductance_q / params->period},
+        .share = slow - 0.5f * gain,
         .d = pi_prepare(params->inductance_d * params->bandwidth, ki, params->period),
         .q = pi_prepare(params->inductance_q * params->bandwidth, current_control_integral(params),
                         params->period),

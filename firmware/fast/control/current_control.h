@@ -3,7 +3,8 @@
  *
  *     u_d = kp_d (i_d_ref - i_d) + I_d - omega L_q x_q + e_d
  *     u_q = kp_q (i_q_ref - i_q) + I_q + omega L_d x_d + e_q
- *     kp = L bandwidth,   ki = R bandwidth,   x = i + m (i_ref - i)
+ *     kp = L bandwidth,   ki = R bandwidth
+ *     omega T x = omega T i_ref - g (i_ref - i),   g = m omega T, at most 0.35
  *     ki of the q axis is larger if `held` demands it, but at most kp_q bandwidth/4
  *
  * Without `held`, the zero of the PI controller cancels the pole R/L of the winding. The feed-forward cancels
@@ -11,11 +12,12 @@
  * remains is an integrator with the gain `bandwidth` and a delay of 1.5 periods (the voltage of period k acts
  * from t_k+1 to t_k+2). With K = bandwidth * period the closed loop is z^2 - z + K = 0 (docs/theory.md, 15):
  * it has no overshoot up to K = 0.25 and is unstable from K = 1. During the delay the frame turns, so that a
- * decoupling by the measured current alone (m = 0) turns the error of one axis into the other. With
+ * decoupling by the measured current alone (m = 1) turns the error of one axis into the other. With
  *
- *     m = 1 - z + K/2,   z: the real part of the slower root of z^2 - z + K = 0
+ *     m = z - K/2,   z: the real part of the slower root of z^2 - z + K = 0
  *
- * it does not, up to the second order of omega T.
+ * it does not, up to the second order of omega T. In a frame that turns faster, g stays at 0.35: more would
+ * make the loop unstable if L is configured too large, and so an error of one axis moves the other one.
  *
  * The output voltage is not limited. After modulation the caller reports the voltage that was applied
  * (without the part that only compensates the dead time) with current_control_applied(), and the integrals
@@ -27,8 +29,13 @@
 #ifndef FAST_CONTROL_CURRENT_CONTROL_H
 #define FAST_CONTROL_CURRENT_CONTROL_H
 
+#include "math/bounds.h"
 #include "math/frames.h"
 #include "math/pi.h"
+
+/* [rad] largest g: at this limit and an L that is a third wrong no root exceeds 0.99 for K of 0.05 to 0.2, up
+ * to a turn of 1.05 rad in a period. */
+#define CURRENT_CONTROL_TURN 0.35f
 
 typedef struct {
     float resistance;   /* R [ohm], >= 0 */
@@ -41,21 +48,19 @@ typedef struct {
 } current_control_params_t;
 
 typedef struct {
-    float inductance_d; /* L_d [H] */
-    float inductance_q; /* L_q [H] */
-    float lead;         /* m [-] */
+    dq_t reactance; /* L_d/T, L_q/T: the reactance per radian that the frame turns in a period [ohm] */
+    float share;    /* m [-] */
     pi_tuning_t d;
     pi_tuning_t q;
 } current_control_tuning_t;
 
 typedef struct {
-    float inductance_d; /* of the tuning, L_d [H] */
-    float inductance_q; /* of the tuning, L_q [H] */
-    float lead;         /* of the tuning, m [-] */
-    pi_t d;             /* output [V], error [A] */
-    pi_t q;             /* output [V], error [A] */
-    dq_t current_err;   /* reference minus current in the last step [A] */
-    dq_t voltage_ref;   /* output of the last step [V] */
+    dq_t reactance;   /* of the tuning, L_d/T and L_q/T [ohm] */
+    float share;      /* of the tuning, m [-] */
+    pi_t d;           /* output [V], error [A] */
+    pi_t q;           /* output [V], error [A] */
+    dq_t current_err; /* reference minus current in the last step [A] */
+    dq_t voltage_ref; /* output of the last step [V] */
 } current_control_t;
 
 /* The integral gain of the q axis [V/(A s)]. */
@@ -70,9 +75,8 @@ void current_control_init(current_control_t *control, const current_control_tuni
 /* Sets new coefficients; the integrals stay. */
 static inline void current_control_take(current_control_t *control, const current_control_tuning_t *tuning)
 {
-    control->inductance_d = tuning->inductance_d;
-    control->inductance_q = tuning->inductance_q;
-    control->lead = tuning->lead;
+    control->reactance = tuning->reactance;
+    control->share = tuning->share;
     pi_take(&control->d, &tuning->d);
     pi_take(&control->q, &tuning->q);
 }
@@ -98,19 +102,19 @@ static inline void current_control_shift(current_control_t *control, dq_t change
     control->q.integral -= change.q;
 }
 
-/* Required voltage [V], not limited, from reference and current [A] at t_k, electrical speed of the frame
- * [rad/s] and EMF [V]. The integrals change only in current_control_applied(). Eight multiplications. */
-static inline dq_t current_control_step(current_control_t *control, dq_t reference, dq_t current,
-                                        float omega_e, dq_t emf)
+/* Required voltage [V], not limited, from reference and current [A] at t_k, the angle by which the frame
+ * turns in a period [rad] and EMF [V]. The integrals change only in current_control_applied(). Nine
+ * multiplications. */
+static inline dq_t current_control_step(current_control_t *control, dq_t reference, dq_t current, float turn,
+                                        dq_t emf)
 {
-    control->current_err.d = reference.d - current.d;
-    control->current_err.q = reference.q - current.q;
-    const float ahead_d = current.d + control->lead * control->current_err.d;
-    const float ahead_q = current.q + control->lead * control->current_err.q;
+    const dq_t err = {reference.d - current.d, reference.q - current.q};
+    const float g = bounds_clamp(control->share * turn, CURRENT_CONTROL_TURN);
+    control->current_err = err;
     control->voltage_ref.d =
-        pi_output(&control->d, control->current_err.d) - omega_e * control->inductance_q * ahead_q + emf.d;
+        pi_output(&control->d, err.d) - control->reactance.q * (turn * reference.q - g * err.q) + emf.d;
     control->voltage_ref.q =
-        pi_output(&control->q, control->current_err.q) + omega_e * control->inductance_d * ahead_d + emf.q;
+        pi_output(&control->q, err.q) + control->reactance.d * (turn * reference.d - g * err.d) + emf.q;
     return control->voltage_ref;
 }
 

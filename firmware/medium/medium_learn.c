@@ -7,6 +7,10 @@
 /* From the middle of the periods of a mean to their end [s]. */
 #define TO_MIDDLE (0.5f * (float)(DRIVE_WINDOW - 1u) * DRIVE_PERIOD)
 
+/* Largest turn of the rotor in a window for which its mean shows the vectors in the rotor's frame [rad]: the
+ * mean of vectors that turn by a whole turn is zero. */
+#define MEAN_TURN_MOST 3.5f
+
 /* From the end of a window to the middle of the time in which the voltage of its setpoint acts [windows]. */
 #define TO_ACTING 1.5f
 
@@ -30,10 +34,11 @@ static void judge_estimate(medium_t *medium, const window_t *window)
 static void average(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
+    const bool slow = bounds_within(DRIVE_WINDOW_PERIOD * estimate->omega_smooth, MEAN_TURN_MOST);
     const sums_t sums = {
         .emf = window->sum.emf,
         .current = window->sum.current,
-        .unsound = window->sum.unsound | medium->trust.validity.debounce.invalid,
+        .unsound = window->sum.unsound | medium->trust.validity.debounce.invalid | (slow ? 0u : 1u),
     };
     sums_mean(&sums, 1.0f / (float)DRIVE_WINDOW, estimate->frame.rotation, estimate->omega_smooth, TO_MIDDLE,
               &medium->means);
@@ -148,7 +153,8 @@ static void learn_ripple(medium_t *medium, const window_t *window)
     }
     const float period = DRIVE_WINDOW_PERIOD;
     const float ahead = TO_ACTING * period;
-    const rotation_t rotor = trig_advance(window->estimate.frame.rotation, ahead * omega);
+    const float slow = bounds_clamp(omega, EMF_SHAPE_SPEED_MOST);
+    const rotation_t rotor = trig_advance(window->estimate.frame.rotation, ahead * slow);
     const ab_t shape = emf_shape_voltage(&medium->ripple.emf_shape, share * omega, rotor);
     const float turns = (TO_MIDDLE + ahead) * bounds_clamp(omega, UNEQUAL_LEGS_SPEED_MOST);
     const ab_t current = frames_inverse_park((dq_t){medium->means.current.alpha, medium->means.current.beta},

@@ -14,23 +14,27 @@
 #define T_S    RIG_PERIOD_SECONDS
 
 /* Shares; where docs/theory.md has the rule, its section. */
-#define CURRENT_RESERVE  2.0   /* 23: a start leaves 0.7 of its torque for the load */
-#define RESISTIVE_MOST   0.5   /* R I at current_limit, of the voltage that the link gives */
-#define CURRENT_LEAST    1.3   /* of the rated current, for any R I */
-#define SALIENT_MOST     0.8   /* 30: of psi_f, largest (L_q - L_d) I in a start */
-#define TRIP_SHARE       1.5   /* the board's own: 15 A over 10 A */
-#define TRIP_LEAST       1.2   /* the firmware's rule */
-#define LINK_OVER        1.286 /* the board's own: 400 V over 311 V */
-#define LINK_UNDER       0.643 /* 200 V */
-#define LINK_ROOM        1.15  /* of the largest trip over the link, at least */
-#define SPEED_RESERVE    1.4   /* tests and defaults: 220 rad/s over 157 */
-#define SPEED_LEAST_TRIP 1.05  /* overspeed_trip over the top speed, at least */
-#define OPEN_SHARE       0.999 /* of the largest link voltage of the board: EMF with the bridge off */
-#define TURN_MOST        0.63  /* [rad] a period: 1.25 times the speed up to which a rotor is caught */
-#define TURN_GOOD        0.35  /* [rad] a period at the top speed: faster, a wrong L may remain unlearnt */
-#define GAIN_RULE        1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
-#define WITHIN_MADE      0.98  /* theory, 30: share of the voltage that remains after duties and dead time */
-#define VOLTAGE_USE      0.93  /* the row's own, of U_dc/sqrt3 */
+#define CURRENT_RESERVE 2.0   /* 23: a start leaves 0.7 of its torque for the load */
+#define RESISTIVE_MOST  0.5   /* R I at current_limit, of the voltage that the link gives */
+#define CURRENT_LEAST   1.3   /* of the rated current, for any R I */
+#define SALIENT_MOST    0.8   /* 30: of psi_f, largest (L_q - L_d) I in a start */
+#define TRIP_SHARE      1.5   /* the board's own: 15 A over 10 A */
+#define TRIP_LEAST      1.2   /* the firmware's rule */
+#define LINK_OVER       1.286 /* the board's own: 400 V over 311 V */
+#define LINK_UNDER      0.643 /* 200 V */
+#define LINK_ROOM       1.15  /* of the largest trip over the link, at least */
+#define SPEED_RESERVE   1.4   /* tests and defaults: 220 rad/s over 157 */
+#define SPEED_LEAST_TRIP                                                                                     \
+    1.055                /* overspeed_trip over the top speed, at least; the firmware's rule: 1/0.95         \
+                          */
+#define OPEN_SHARE 0.999 /* of the largest link voltage of the board: EMF with the bridge off */
+#define TURN_GOOD  0.35  /* [rad] a period at the top speed: faster, a wrong L may remain unlearnt */
+#define CATCH_PERIODS                                                                                        \
+    (BOARD_GATE_CHARGE_US > 0 ? 3.0 : 2.2) /* 23: a catch may act like a short circuit for so long */
+#define CATCH_RESERVE 1.05                 /* of overcurrent_trip over this current */
+#define GAIN_RULE     1.25 /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
+#define WITHIN_MADE   0.98 /* theory, 30: share of the voltage that remains after duties and dead time */
+#define VOLTAGE_USE   0.93 /* the row's own, of U_dc/sqrt3 */
 #define LINK_LEAST                                                                                           \
     1.27 /* theory, 29: multiple of dc_undervoltage, at which the drive begins to hold the link */
 #define SLOPE_RULE   1.6  /* 3: the firmware's rule */
@@ -68,11 +72,14 @@
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
 #define DERIVED_SPEED     0.9 /* of the speed that the link permits, if no rated speed is given */
 
-/* 30, 6: L_q/L_d without an encoder, the rule of the firmware's estimator. */
+/* L_q/L_d without an encoder (30, 6), and the turn in a period at overspeed_trip [rad], up to which this
+ * firmware's estimator holds: on all boards a turning rotor is caught up to 0.85 rad. */
 #ifdef LAGLESS_ESTIMATOR_FIXED
 #define ESTIMATED_MOST 1.2
+#define TURN_MOST      0.63
 #else
 #define ESTIMATED_MOST 4.0
+#define TURN_MOST      0.85
 #endif
 
 static void warn(tune_t *tune, const char *format, ...) __attribute__((format(printf, 2, 3)));
@@ -163,6 +170,7 @@ typedef struct {
     double rated_current, rated_torque; /* [A] peak, [N m] */
     double limit, trip, start;          /* [A] */
     bool resistive;           /* the limit is the current at which R takes its largest share of the voltage */
+    bool caught;              /* the trip is larger for the current of a catch */
     bool by_module;           /* the current of the start is limited by the current of a leg of the module */
     double link, over, under; /* [V] */
     double voltage;           /* [V] of a phase, that remains after duties, dead time and drops */
@@ -258,9 +266,45 @@ static void take_current(tune_t *tune, given_t *g)
     }
 }
 
+/* Largest current of a catch at this speed [A]: that of a winding which is shorted while the rotor turns by
+ * CATCH_PERIODS periods. */
+static double catch_current(const given_t *g, double speed)
+{
+    const double turned = smaller(CATCH_PERIODS * g->p * speed * T_S, PI);
+    return 2.0 * g->psi / smaller(g->l_d, g->l_q) * sin(0.5 * turned);
+}
+
+/* The speed at which a catch has this current [rad/s] mechanical. */
+static double catch_speed(const given_t *g, double current)
+{
+    const double most = 2.0 * g->psi / smaller(g->l_d, g->l_q);
+    return current < most ? 2.0 * asin(current / most) / (CATCH_PERIODS * g->p * T_S) : HUGE_VAL;
+}
+
+/* overcurrent_trip allows for the current with which a rotor is caught at overspeed_trip, if the board does.
+ */
+static void take_catch(tune_t *tune, given_t *g)
+{
+    const double top = most("overcurrent_trip");
+    const double needed = CATCH_RESERVE * catch_current(g, g->overspeed);
+    g->caught = needed > g->trip;
+    g->trip = g->caught ? smaller(four_digits(needed), top) : g->trip;
+    if (needed > top) {
+        warn(
+            tune,
+            "a rotor that turns faster than %.0f r/min when it is switched on, or that is lost at such a "
+            "speed, "
+            "may end in overcurrent: to catch it takes up to %.4g A at overspeed_trip, psi_f/L being %.4g A, "
+            "and "
+            "the board's overcurrent_trip ends at %.4g A",
+            catch_speed(g, top / CATCH_RESERVE) / RPM, needed / CATCH_RESERVE,
+            g->psi / smaller(g->l_d, g->l_q), top);
+    }
+}
+
 static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
 {
-    const double cap = TURN_GOOD / (g->p * T_S);
+    const double cap = 0.999 * TURN_MOST / (SPEED_LEAST_TRIP * g->p * T_S);
     g->reach = reach(g, tune->current);
     g->speed = DERIVED_SPEED * g->reach;
     if (motor->has[MOTOR_SPEED]) {
@@ -285,9 +329,8 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     if (g->speed > cap) {
         warn(tune,
              "at %.0f r/min the rotor turns by %.2g rad electrical in a period of %.4g us; the limit is %.2g "
-             "rad, "
-             "so the top speed is %.0f r/min",
-             g->speed / RPM, g->speed * g->p * T_S, 1e6 * T_S, TURN_GOOD, cap / RPM);
+             "rad at overspeed_trip, so the top speed is %.0f r/min",
+             g->speed / RPM, g->speed * g->p * T_S, 1e6 * T_S, TURN_MOST, cap / RPM);
         g->speed = cap;
     }
     const double open = OPEN_SHARE * BOARD_OVERVOLTAGE_MAX_MV / 1e3 / (SQRT_3 * g->psi * g->p);
@@ -303,13 +346,14 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     g->free = smaller(
         larger(motor->has[MOTOR_SPEED] ? motor->value[MOTOR_SPEED] : g->voltage / (g->psi * g->p), g->speed),
         larger(g->voltage / (g->psi * g->p), g->speed));
-    g->overspeed = smaller(SPEED_RESERVE * g->speed, 0.999 * TURN_MOST / (g->p * T_S));
+    g->overspeed = smaller(SPEED_RESERVE * g->speed, SPEED_LEAST_TRIP * cap);
     if (motor->has[MOTOR_SPEED_MAX]) {
         g->overspeed =
             smaller(g->overspeed, larger(motor->value[MOTOR_SPEED_MAX], SPEED_LEAST_TRIP * g->speed));
     }
     g->free = smaller(g->free, cap);
     g->overspeed = smaller(g->overspeed, open);
+    take_catch(tune, g);
     g->overspeed = smaller(four_digits(g->overspeed), most("overspeed_trip"));
     const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
     g->handover = HANDOVER_EMF * larger(dead, (g->r + DEVICE_RESISTANCE) * g->start) / (g->psi * g->p);
@@ -356,6 +400,15 @@ static void judge_winding(tune_t *tune, const given_t *g)
              "period; compared with the EMF at overspeed_trip, %.3g V, this makes the estimated speed too "
              "coarse to run without an encoder; use a board with a smaller range or a higher link voltage",
              current_step(), code, emf);
+    }
+    if (g->speed * g->p * T_S > TURN_GOOD) {
+        warn(tune,
+             "at %.0f r/min the rotor turns by %.2g rad electrical in a period: above %.2g rad L is not "
+             "learnt, "
+             "and an L that is wrong by a tenth turns the angle by up to %.2g rad; measure L (`lagless "
+             "commission`)",
+             g->speed / RPM, g->speed * g->p * T_S, TURN_GOOD,
+             asin(smaller(0.1 * g->l_q * tune->current / g->psi, 1.0)));
     }
     if (g->limit + 0.5 * g->ripple > g->trip) {
         warn(tune,
@@ -432,7 +485,8 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
             ? "[A] 0.8 psi_f/(L_q - L_d): with more a salient rotor may not align (theory, 30)"
             : "current_limit (theory, 23)");
     add(tune, "overcurrent_trip", g->trip,
-        "[A] 1.5 current_limit, at least 1.2 current_limit plus the ripple");
+        g->caught ? "[A] 1.05 of the current with which a rotor is caught at overspeed_trip (theory, 23)"
+                  : "[A] 1.5 current_limit, at least 1.2 current_limit plus the ripple");
     add(tune, "motor_current_continuous", g->rated_current, "[A] rated, length of the vector");
     if (motor->has[MOTOR_WARMING]) {
         add(tune, "motor_time_constant", motor->value[MOTOR_WARMING], "[s] of the winding");
@@ -441,7 +495,7 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "low_speed_current", four_digits(smaller(low, LOW_MOST * g->limit)),
         "[A] a fifth of current_limit, at least 0.6 of the ripple, at most half of the limit (theory, 23)");
     add(tune, "overspeed_trip", g->overspeed,
-        "[rad/s] 1.4 of the top speed, %.0f r/min; 0.63 rad a period at most", g->speed / RPM);
+        "[rad/s] 1.4 of the top speed, %.0f r/min; %.2g rad a period at most", g->speed / RPM, TURN_MOST);
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
         add(tune, "current_judged", 0.0, "the ripple of %.3g A would trip the check of the gain", g->ripple);
     }

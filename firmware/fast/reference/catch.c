@@ -9,9 +9,10 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define TRAIL_CUTOFF  200.0f   /* [rad/s] of <e>: the slowest rotor rotates by some degrees in 1/200 s */
-#define TRAIL_MOST    0.08f    /* [-] largest expected e x <e>/e^2: omega/200 of a slow rotor */
-#define TRAIL_PART    0.4f     /* [-] required part: a fast rotor makes 200/omega, enough up to 5000 rad/s */
+#define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor rotates by some degrees in 1/200 s */
+#define TRAIL_MOST    0.08f  /* [-] largest expected e x <e>/e^2: omega/200 of a slow rotor */
+#define TRAIL_PART    0.4f   /* [-] required part of the expected value */
+#define TRAIL_FAST    0.6f /* [-] of the share of the low-pass: a rotor faster than FAST makes at least 0.77 */
 #define STEADY_PART   0.7f     /* [-] of the EMF of the slowest rotor: least mean in its frame */
 #define LENGTH_PART   0.6f     /* [-] of <|e|>: least mean in its frame; of noise alone 0.2 remains */
 #define CLEAR_OF_ZONE 3.0f     /* [-] of the doubtful current: b and c carry half of the current of a */
@@ -24,6 +25,8 @@
 #define TURN_CUTOFF   3000.0f  /* [rad/s] of the turn in a period: an eighth of the noise, within 0.3 ms */
 #define FAST          500.0f   /* [rad/s] from here on the EMF is so long that its turn shows the speed */
 #define EARLY_TIME    0.6e-3f  /* [s] the observer's error is a tenth of the EMF by then, and decreases */
+#define EARLY_TURN    0.1f     /* [rad] in a period, from here on noise in the turn is so small ... */
+#define EARLY_PERIODS 3u       /* [periods] ... that it is valid as soon as it agrees with the length */
 #define SEEN_TIME     2.0e-3f  /* [s] the observer has converged by then: the mean begins there */
 #define SETTLED_TIME  4.0e-3f  /* [s] the sum of the direction has a sign by then */
 #define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
@@ -147,7 +150,8 @@ static void find_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t las
         const float by_turn = turning_speed(catching, tuning, last, emf);
         const float apart = bounds_magnitude(by_turn) - speed;
         catching->slip = 0.0f;
-        if (speed >= FAST && bounds_within(apart, SLIP_MOST * speed) && catching->periods >= tuning->early) {
+        const uint32_t early = speed * tuning->period < EARLY_TURN ? tuning->early : EARLY_PERIODS;
+        if (speed >= FAST && bounds_within(apart, SLIP_MOST * speed) && catching->periods >= early) {
             catching->omega_e = by_turn;
             catching->slip = by_turn < 0.0f ? -apart : apart;
         }
@@ -178,7 +182,8 @@ catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t
         length > tuning->reach * voltage_max ? catching->seen.periods_beyond + 1u : 0u;
     catching->periods++;
     const float speed = catching->seen.length * tuning->speed_per_volt;
-    catching->seen.cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_MOST) *
+    const float slow = TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_MOST);
+    catching->seen.cross_min += (speed < FAST ? slow : TRAIL_FAST * tuning->trail_share) *
                                 catching->seen.length * catching->seen.length;
     if (catching->seen.periods_beyond >= tuning->beyond) {
         return CATCH_TOO_FAST;

@@ -178,6 +178,7 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
         .current = current,
         .encoder = encoder,
         .omega_e = window->encoder.omega_e,
+        .emf = window->estimate.emf,
         .lacks = {asked.alpha - current.alpha, asked.beta - current.beta},
         .excess = run_excess(&m->run, frames_park(current, encoder).q),
         .doubtful = doubts_emf(medium, window, asked),

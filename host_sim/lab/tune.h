@@ -2,9 +2,10 @@
  * report before a run what will not work on this board.
  *
  *     current_limit        2 I_rated, limited by the board: a start needs more current than the load
- *     overcurrent_trip     1.5 current_limit, at least 1.2 current_limit plus the ripple
+ *     overcurrent_trip     1.5 current_limit, at least 1.2 current_limit plus the ripple, and 1.05 of the
+ *                          current with which a rotor is caught at overspeed_trip           theory, 23
  *     dc_overvoltage       1.286 U_dc, dc_undervoltage 0.643 U_dc: the shares of the board
- *     overspeed_trip       1.4 omega_top, at most 0.63 rad a period; the hand-over is at most at 0.3 of it
+ *     overspeed_trip       1.4 omega_top, at most 0.85 rad a period; the hand-over is at most at 0.3 of it
  *     start_current        0 (current_limit), or the continuous current of a leg of the board's module
  *     feedforward_cutoff   1.6 sqrt(p T/J), at least 50 rad/s; pll_bandwidth is 4 times this    theory, 7
  *     speed_ramp           what the tracking loop follows with a wrong J, if the motor can do more

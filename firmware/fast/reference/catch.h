@@ -3,7 +3,7 @@
  *
  *     voltage     the EMF itself, so that almost no current flows, rotated by 1.5 T omega for the delay. For
  *                 a rotor faster than 500 rad/s it acts as soon as the observer has found the EMF: until then
- *                 lag and delay drive a current, which grows with the square of the speed
+ *                 the winding is shorted, with a current of at most 2 psi_f/L
  *     current     a small current along phase a, which is outside the zone of the dead time in all three
  *                 legs; once a rotor is detected, more, along its d axis, where it makes no torque
  *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that rotates leads its
@@ -12,7 +12,8 @@
  *                 starts from zero, has converged by then, and its earlier error is left out; and the
  *                 slip: the difference between the speed of the EMF and that of a frame with this speed,
  *                 independent of psi_f. At first, for a rotor faster than 500 rad/s, it follows from the
- *                 rotation of the EMF in a period, on which a constant lag has no effect; after 4 ms it
+ *                 rotation of the EMF in a period, on which a constant lag has no effect, from 0.6 ms on, or
+ *                 from the third period on if it is more than 0.1 rad; after 4 ms it
  *                 follows from a tracking loop whose natural frequency is not above the rotor's speed. The
  *                 slip of a slow rotor, whose EMF is too noisy, is not measured: the estimator corrects it
  *     angle       of the d axis, from the EMF: the EMF leads it by a quarter turn, or lags it in reverse;
@@ -20,12 +21,12 @@
  *
  * The catch ends when the rotor has rotated by 1 rad since its direction is known (4 ms at least), but not
  * earlier than 10 ms after its start. Without a rotating rotor it ends at the caller's time-out. A constant
- * voltage error does not count as a rotor: e x <e> has to be at least 0.4 of the value that a rotor with this
- * EMF makes.
+ * voltage error does not count as a rotor: e x <e> has to be at least 0.4 of the value that a slow rotor with
+ * this EMF makes, or 0.78 of the least value of a fast one.
  *
  * One step per T; the EMF is that of t_k, from the observer at the speed in catch_t. Does not handle: rotors
  * so slow that their EMF is smaller than the error of the dead time's voltage at zero current (they count as
- * standing); rotors faster than 5000 rad/s, whose <e> is almost zero. */
+ * standing); rotors that turn by more than 1.15 rad in a period. */
 #ifndef FAST_REFERENCE_CATCH_H
 #define FAST_REFERENCE_CATCH_H
 

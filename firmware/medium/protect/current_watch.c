@@ -1,10 +1,13 @@
 #include "medium/protect/current_watch_parts.h"
 
+#include "math/angle.h"
 #include "math/bounds.h"
 #include "math/periods.h"
 #include "math/trig.h"
 
 #define DEAD_VECTOR  1.33333333f /* [-] of a leg's loss: the sum of three legs */
+#define SMALL_TURN   0.1f        /* [rad] below it the series of sin(x)/x is exact to 1e-6 */
+#define SIXTH        0.16666667f /* [-] of x^2 in this series */
 #define WRONG_R      0.5f        /* [-] of R: assumed error */
 #define HELD_SHARE   0.25f       /* [-] of the dead-time loss, while a current stays constant */
 #define HELD_ASIDE   1.25f       /* [-] beyond it: two legs with the wrong sign, 1.5 */
@@ -125,6 +128,13 @@ bool current_watch_lacks(const current_watch_t *watch, abc_t current, abc_t aske
     return lacks;
 }
 
+/* Length of the mean of a vector that turns by 2 `half` [rad] over the length of the vector: sin(half)/half.
+ */
+static inline float mean_of(float half, float sine)
+{
+    return bounds_within(half, SMALL_TURN) ? 1.0f - SIXTH * half * half : sine / half;
+}
+
 static void see_window(current_watch_window_t *window, const current_watch_t *watch,
                        const current_watch_input_t *input)
 {
@@ -132,10 +142,13 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
     const float periods = (float)(int32_t)input->periods;
     const ab_t current = frames_clarke(input->current);
     const ab_t given = winding_given(&tuning->winding, input->voltage, periods, watch->current, current);
-    const rotation_t middle = trig_advance(input->rotor, tuning->back * periods * input->omega_e);
+    const float half = tuning->back * periods * input->omega_e;
+    const rotation_t back = trig_turn(angle_wrap(half));
+    const ab_t middle = frames_inverse_park((dq_t){input->rotor.cos, input->rotor.sin}, back);
     const float per_speed = tuning->per_speed * periods;
     const float emf = per_speed * input->omega_e;
-    const ab_t moved = {given.alpha + emf * middle.sin, given.beta - emf * middle.cos};
+    const float chord = emf * mean_of(half, back.sin);
+    const ab_t moved = {given.alpha + chord * middle.beta, given.beta - chord * middle.alpha};
     window->periods = periods;
     window->current = current;
     spread(window->value, input->current);

@@ -10,6 +10,10 @@
  * The step with which a sign begins, which is no turn, may extend over as many windows. */
 #define FOR_A_TURN 2u
 
+/* Largest turn of the encoder in half of a window for which its mean EMF is used [rad]: this mean is 0.56 of
+ * the EMF there, and zero at 3.1 rad. */
+#define MEAN_TURN 1.75f
+
 /* Limits for a rotor that turns the other way: its speed over that of the encoder, and
  * the error of the EMF's length. */
 #define BACKWARD       0.5f   /* [-] */
@@ -99,7 +103,7 @@ typedef struct {
     float square;      /* |e|^2 of the last window alone [V^2] */
     float expected;    /* psi_f |omega| [V] */
     float off;         /* square of the difference to psi_f omega on the q axis [V^2] */
-    rotation_t middle; /* the encoder's angle in the middle of the window */
+    rotation_t middle; /* the encoder's angle to which the EMF belongs */
 } seen_t;
 
 /* The flux of the saliency and of the saturation at this current, s over T_j [V]. */
@@ -133,8 +137,11 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
     const float omega_e = input->omega_e;
-    const rotation_t middle = trig_advance(input->encoder, tuning->middle * omega_e);
-    const dq_t emf = frames_park(emf_of(watch, input), middle);
+    const ab_t mean = emf_of(watch, input);
+    const float turn = tuning->middle * omega_e;
+    const bool slow = bounds_within(turn, MEAN_TURN);
+    const rotation_t middle = slow ? trig_advance(input->encoder, turn) : input->encoder;
+    const dq_t emf = frames_park(slow ? mean : input->emf, middle);
     const dq_t last = watch->last;
     const float omega_emf = omega_e + slip(watch, emf);
     const bool backward = omega_e < 0.0f;

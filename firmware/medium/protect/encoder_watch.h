@@ -13,6 +13,9 @@
  *     omega_emf against omega       swapped phases or tracks: the encoder counts the other way round
  *     e = 0 at a speed              an encoder that turns without the rotor
  *
+ * If the rotor turns by more than 3.5 rad in a window, the mean says little about its direction: e is then
+ * the EMF of the observer at the end of the window. At such a speed noise is small beside it.
+ *
  * The judgement is made at the end of each window. e is the value of the window if it is above the noise.
  * Otherwise e is the mean of the last two windows, in which only the noise of the two ends remains. If this
  * noise exceeds psi_f omega_least, e is a low-pass of the windows with the share 1/4.
@@ -153,6 +156,7 @@ typedef struct {
     ab_t current;       /* [A] */
     rotation_t encoder; /* the frame of the encoder's angle */
     float omega_e;      /* its speed, electrical [rad/s] */
+    ab_t emf;           /* of the observer, with the lag compensated [V] */
     ab_t lacks;         /* requested minus measured current [A] */
     float excess;       /* L_q at the present i_q less that of the tuning [H]; 0 without saturation */
     bool doubtful;      /* true: the EMF is doubtful */

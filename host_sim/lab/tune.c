@@ -405,7 +405,7 @@ static void judge_winding(tune_t *tune, const given_t *g)
         warn(tune,
              "at %.0f r/min the rotor turns by %.2g rad electrical in a period: above %.2g rad L is not "
              "learnt, "
-             "and an L that is wrong by a tenth turns the angle by up to %.2g rad; measure L (`lagless "
+             "and an L that is wrong by a tenth shifts the angle by up to %.2g rad; measure L (`lagless "
              "commission`)",
              g->speed / RPM, g->speed * g->p * T_S, TURN_GOOD,
              asin(smaller(0.1 * g->l_q * tune->current / g->psi, 1.0)));

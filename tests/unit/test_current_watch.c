@@ -585,6 +585,34 @@ static void test_a_switch_that_does_not_conduct_is_a_loss_although_the_emf_is_la
     }
 }
 
+/* The current of a shorted winding without R is psi_f/L (e^(j theta_0) - e^(j theta)). The change over a
+ * window that the watch expects is the exact one at any turn of the rotor in the window, here up to 9.2 rad.
+ */
+static void test_the_expected_change_is_exact_at_any_turn_of_the_rotor(void)
+{
+    static const double turns[] = {0.05, 0.5, 2.0, 4.0, 6.28, 9.2, -4.0};
+    const double most = 0.183 / INDUCTANCE;
+    for (size_t n = 0; n < sizeof turns / sizeof turns[0]; n++) {
+        setUp();
+        prepare(false, 1.0, 0.0);
+        omega_e = (float)(turns[n] / (WINDOW * PERIOD));
+        double begin = 0.0;
+        double end = 0.0;
+        for (uint32_t k = 1; k <= 3u * WINDOW; k++) {
+            const double theta = turns[n] * k / WINDOW;
+            rotor = trig_rotation((float)remainder(theta, 2.0 * 3.14159265358979));
+            const double alpha = most * (1.0 - cos(theta));
+            const double beta = -most * sin(theta);
+            begin = k == 2u * WINDOW ? alpha : begin;
+            end = alpha;
+            const double b = -0.5 * alpha + 0.5 * sqrt(3.0) * beta;
+            judge((ab_t){0.0f, 0.0f}, (abc_t){(float)alpha, (float)b, (float)(-alpha - b)},
+                  (ab_t){(float)alpha, (float)beta});
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * most, end - begin, (double)watch.phase[0].expected);
+    }
+}
+
 /* A rotor that reverses: phase a has carried a current of one sign for one half turn, and then no phase
  * carries one, because the control balances a wrong EMF with 20 V. */
 static void test_a_current_of_one_sign_in_one_half_turn_is_no_open_switch(void)

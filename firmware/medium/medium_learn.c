@@ -29,12 +29,19 @@ static void judge_estimate(medium_t *medium, const window_t *window)
     }
 }
 
+/* true: the rotor turns so little in a window that its mean shows the vectors in the rotor's frame. */
+static inline bool turns_little(float omega_e)
+{
+    return bounds_within(DRIVE_WINDOW_PERIOD * omega_e, MEAN_TURN_MOST);
+}
+
 /* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at the
- * end of the window. */
+ * end of the window. In the frame of a fast rotor the values are those of the last period, and no value is
+ * learnt from them. */
 static void average(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
-    const bool slow = bounds_within(DRIVE_WINDOW_PERIOD * estimate->omega_smooth, MEAN_TURN_MOST);
+    const bool slow = turns_little(estimate->omega_smooth);
     const sums_t sums = {
         .emf = window->sum.emf,
         .current = window->sum.current,
@@ -42,6 +49,10 @@ static void average(medium_t *medium, const window_t *window)
     };
     sums_mean(&sums, 1.0f / (float)DRIVE_WINDOW, estimate->frame.rotation, estimate->omega_smooth, TO_MIDDLE,
               &medium->means);
+    if (!slow) {
+        medium->means.emf_rotor = frames_park(estimate->emf, estimate->frame.rotation);
+        medium->means.current_rotor = frames_park(window->measured.current, estimate->frame.rotation);
+    }
     medium->means.theta = estimate->frame.theta_e;
     medium->means.even = manoeuvres_even(&medium->manoeuvres) ? 1u : 0u;
     medium->estimate = *estimate;
@@ -169,7 +180,7 @@ static void learn_inductance(medium_t *medium, const window_t *window)
     if (!(medium->inductance.tuning.rate > 0.0f)) {
         return;
     }
-    if (!manoeuvres_dithers(&medium->manoeuvres)) {
+    if (!manoeuvres_dithers(&medium->manoeuvres) || !turns_little(medium->means.omega)) {
         inductance_rest(&medium->inductance);
         return;
     }

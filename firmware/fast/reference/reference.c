@@ -46,11 +46,11 @@ void reference_leave_encoder(reference_t *reference, bool to_estimate, float ome
 void reference_take(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint)
 {
     const float share = tuning->per_period;
-    const bool other = setpoint->source != reference->named || setpoint->enter != 0u;
+    /* without an order to enter, a catch that the fast task itself has begun or ended continues */
+    const bool other = setpoint->source != reference->named && setpoint->source != (int32_t)SOURCE_CATCH;
     reference->fresh = 1u;
     reference->left = tuning->periods;
-    /* without an order to enter, a catch that the fast task itself has begun or ended continues */
-    if (other && (setpoint->source != (int32_t)SOURCE_CATCH || setpoint->enter != 0u)) {
+    if (other || setpoint->enter != 0u) {
         reference->source = setpoint->source;
     }
     reference->named = setpoint->source;

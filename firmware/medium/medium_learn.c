@@ -164,8 +164,8 @@ static void learn_ripple(medium_t *medium, const window_t *window)
     }
     const float period = DRIVE_WINDOW_PERIOD;
     const float ahead = TO_ACTING * period;
-    const float slow = bounds_clamp(omega, EMF_SHAPE_SPEED_MOST);
-    const rotation_t rotor = trig_advance(window->estimate.frame.rotation, ahead * slow);
+    const float within = bounds_clamp(omega, EMF_SHAPE_SPEED_MOST); /* nothing is subtracted above it */
+    const rotation_t rotor = trig_advance(window->estimate.frame.rotation, ahead * within);
     const ab_t shape = emf_shape_voltage(&medium->ripple.emf_shape, share * omega, rotor);
     const float turns = (TO_MIDDLE + ahead) * bounds_clamp(omega, UNEQUAL_LEGS_SPEED_MOST);
     const ab_t current = frames_inverse_park((dq_t){medium->means.current.alpha, medium->means.current.beta},

@@ -14,27 +14,24 @@
 #define T_S    RIG_PERIOD_SECONDS
 
 /* Shares; where docs/theory.md has the rule, its section. */
-#define CURRENT_RESERVE 2.0   /* 23: a start leaves 0.7 of its torque for the load */
-#define RESISTIVE_MOST  0.5   /* R I at current_limit, of the voltage that the link gives */
-#define CURRENT_LEAST   1.3   /* of the rated current, for any R I */
-#define SALIENT_MOST    0.8   /* 30: of psi_f, largest (L_q - L_d) I in a start */
-#define TRIP_SHARE      1.5   /* the board's own: 15 A over 10 A */
-#define TRIP_LEAST      1.2   /* the firmware's rule */
-#define LINK_OVER       1.286 /* the board's own: 400 V over 311 V */
-#define LINK_UNDER      0.643 /* 200 V */
-#define LINK_ROOM       1.15  /* of the largest trip over the link, at least */
-#define SPEED_RESERVE   1.4   /* tests and defaults: 220 rad/s over 157 */
-#define SPEED_LEAST_TRIP                                                                                     \
-    1.055                /* overspeed_trip over the top speed, at least; the firmware's rule: 1/0.95         \
-                          */
-#define OPEN_SHARE 0.999 /* of the largest link voltage of the board: EMF with the bridge off */
-#define TURN_GOOD  0.35  /* [rad] a period at the top speed: faster, a wrong L may remain unlearnt */
-#define CATCH_PERIODS                                                                                        \
-    (BOARD_GATE_CHARGE_US > 0 ? 3.0 : 2.2) /* 23: a catch may act like a short circuit for so long */
-#define CATCH_RESERVE 1.05                 /* of overcurrent_trip over this current */
-#define GAIN_RULE     1.25 /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
-#define WITHIN_MADE   0.98 /* theory, 30: share of the voltage that remains after duties and dead time */
-#define VOLTAGE_USE   0.93 /* the row's own, of U_dc/sqrt3 */
+#define CURRENT_RESERVE  2.0   /* 23: a start leaves 0.7 of its torque for the load */
+#define RESISTIVE_MOST   0.5   /* R I at current_limit, of the voltage that the link gives */
+#define CURRENT_LEAST    1.3   /* of the rated current, for any R I */
+#define SALIENT_MOST     0.8   /* 30: of psi_f, largest (L_q - L_d) I in a start */
+#define TRIP_SHARE       1.5   /* the board's own: 15 A over 10 A */
+#define TRIP_LEAST       1.2   /* the firmware's rule */
+#define LINK_OVER        1.286 /* the board's own: 400 V over 311 V */
+#define LINK_UNDER       0.643 /* 200 V */
+#define LINK_ROOM        1.15  /* of the largest trip over the link, at least */
+#define SPEED_RESERVE    1.4   /* tests and defaults: 220 rad/s over 157 */
+#define SPEED_LEAST_TRIP 1.055 /* overspeed_trip over the top speed, at least 1/0.95 */
+#define OPEN_SHARE       0.999 /* of the largest link voltage of the board: EMF with the bridge off */
+#define TURN_GOOD        0.35  /* [rad] a period at the top speed: faster, a wrong L may remain unlearnt */
+#define CATCH_PERIODS    (BOARD_GATE_CHARGE_US > 0 ? 3.0 : 2.2) /* 23: of a short circuit, at most */
+#define CATCH_RESERVE    1.05                                   /* of overcurrent_trip over this current */
+#define GAIN_RULE        1.25 /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
+#define WITHIN_MADE      0.98 /* theory, 30: share of the voltage that remains after duties and dead time */
+#define VOLTAGE_USE      0.93 /* the row's own, of U_dc/sqrt3 */
 #define LINK_LEAST                                                                                           \
     1.27 /* theory, 29: multiple of dc_undervoltage, at which the drive begins to hold the link */
 #define SLOPE_RULE   1.6  /* 3: the firmware's rule */
@@ -403,9 +400,9 @@ static void judge_winding(tune_t *tune, const given_t *g)
     }
     if (g->speed * g->p * T_S > TURN_GOOD) {
         warn(tune,
-             "at %.0f r/min the rotor turns by %.2g rad electrical in a period: above %.2g rad L is not "
-             "learnt, "
-             "and an L that is wrong by a tenth shifts the angle by up to %.2g rad; measure L (`lagless "
+             "at %.0f r/min the rotor turns by %.2g rad electrical in a period: above %.2g rad L may "
+             "remain unlearnt, and an L that is wrong by a tenth shifts the angle by up to %.2g rad; measure "
+             "L (`lagless "
              "commission`)",
              g->speed / RPM, g->speed * g->p * T_S, TURN_GOOD,
              asin(smaller(0.1 * g->l_q * tune->current / g->psi, 1.0)));

@@ -53,8 +53,7 @@ typedef fixed_tuning_t chosen_tuning_t;
 #define CHOSEN_SATURATION_LEAST 0.4f
 #define CHOSEN_SATURATION_TEXT  "at least 0.4 current_limit, because the current control is unstable below"
 
-/* Largest electrical turn in a period [rad], that of the law of the lag (lag.h). A turning rotor is caught up
- * to 0.5 rad (catch.h), and an L that is a fifth wrong holds up to 0.8 rad. */
+/* Largest electrical turn in a period [rad], that of the law of the lag (lag.h). */
 #define CHOSEN_TURN_MAX         LAG_TURN_LIMIT
 #define CHOSEN_TURN_TEXT        "1.15"
 

@@ -17,6 +17,10 @@
 #define WINDING_SOUND                                                                                        \
     0.5f /* [-] of the least error of a sensor that is judged: largest sum of right currents */
 
+/* Largest turn of a rotor in a window for which the mean of a vector that turns with it shows its direction
+ * [rad]: the mean has 0.56 of its length there, and none at a whole turn. */
+#define WINDING_TURN_MOST 3.5f
+
 typedef struct {
     float per_volt;   /* T/L [A/V] */
     float per_ampere; /* R T/(2 L) [-], factor per period of the sum of the first and the last current of a

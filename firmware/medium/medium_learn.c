@@ -3,13 +3,10 @@
 
 #include "math/bounds.h"
 #include "math/trig.h"
+#include "math/winding.h"
 
 /* From the middle of the periods of a mean to their end [s]. */
 #define TO_MIDDLE (0.5f * (float)(DRIVE_WINDOW - 1u) * DRIVE_PERIOD)
-
-/* Largest turn of the rotor in a window for which its mean shows the vectors in the rotor's frame [rad]: the
- * mean of vectors that turn by a whole turn is zero. */
-#define MEAN_TURN_MOST 3.5f
 
 /* From the end of a window to the middle of the time in which the voltage of its setpoint acts [windows]. */
 #define TO_ACTING 1.5f
@@ -32,7 +29,7 @@ static void judge_estimate(medium_t *medium, const window_t *window)
 /* true: the rotor turns so little in a window that its mean shows the vectors in the rotor's frame. */
 static inline bool turns_little(float omega_e)
 {
-    return bounds_within(DRIVE_WINDOW_PERIOD * omega_e, MEAN_TURN_MOST);
+    return bounds_within(DRIVE_WINDOW_PERIOD * omega_e, WINDING_TURN_MOST);
 }
 
 /* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at the

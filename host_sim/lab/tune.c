@@ -263,18 +263,24 @@ static void take_current(tune_t *tune, given_t *g)
     }
 }
 
+/* Largest current of the shorted winding at no load, psi_f/L [A]. */
+static double short_circuit(const given_t *g)
+{
+    return g->psi / smaller(g->l_d, g->l_q);
+}
+
 /* Largest current of a catch at this speed [A]: that of a winding which is shorted while the rotor turns by
  * CATCH_PERIODS periods. */
 static double catch_current(const given_t *g, double speed)
 {
     const double turned = smaller(CATCH_PERIODS * g->p * speed * T_S, PI);
-    return 2.0 * g->psi / smaller(g->l_d, g->l_q) * sin(0.5 * turned);
+    return 2.0 * short_circuit(g) * sin(0.5 * turned);
 }
 
 /* The speed at which a catch has this current [rad/s] mechanical. */
 static double catch_speed(const given_t *g, double current)
 {
-    const double most = 2.0 * g->psi / smaller(g->l_d, g->l_q);
+    const double most = 2.0 * short_circuit(g);
     return current < most ? 2.0 * asin(current / most) / (CATCH_PERIODS * g->p * T_S) : HUGE_VAL;
 }
 
@@ -294,8 +300,7 @@ static void take_catch(tune_t *tune, given_t *g)
             "may end in overcurrent: to catch it takes up to %.4g A at overspeed_trip, psi_f/L being %.4g A, "
             "and "
             "the board's overcurrent_trip ends at %.4g A",
-            catch_speed(g, top / CATCH_RESERVE) / RPM, needed / CATCH_RESERVE,
-            g->psi / smaller(g->l_d, g->l_q), top);
+            catch_speed(g, top / CATCH_RESERVE) / RPM, needed / CATCH_RESERVE, short_circuit(g), top);
     }
 }
 

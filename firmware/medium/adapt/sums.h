@@ -11,11 +11,8 @@
 
 #include <stdint.h>
 
-#include "math/bounds.h"
 #include "math/frames.h"
 #include "math/trig.h"
-
-#define SUMS_TURN_MOST 1.6f /* [rad] within this trig_advance() is exact to 2e-4 */
 
 typedef struct {
     ab_t emf;         /* of the EMF at t_k, with the lag compensated [V] */
@@ -36,11 +33,11 @@ typedef struct {
 
 /* The means of these sums, `share` being one over the number of periods [-], for a rotor that has this
  * rotation and this speed [rad/s] now; `ago` [s] is the time since the middle of the periods. If the rotor
- * turns by more than 1.6 rad in this time, the means in its frame are not valid. */
+ * turns by more than WINDING_TURN_MOST in all periods, the means in its frame are not valid. */
 static inline void sums_mean(const sums_t *sums, float share, rotation_t now, float omega, float ago,
                              means_t *means)
 {
-    const rotation_t middle = trig_advance(now, bounds_clamp(-ago * omega, SUMS_TURN_MOST));
+    const rotation_t middle = trig_advance(now, -ago * omega);
     const ab_t emf = {share * sums->emf.alpha, share * sums->emf.beta};
     const ab_t current = {share * sums->current.alpha, share * sums->current.beta};
     means->emf = emf;

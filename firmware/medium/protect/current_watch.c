@@ -142,13 +142,13 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
     const float periods = (float)(int32_t)input->periods;
     const ab_t current = frames_clarke(input->current);
     const ab_t given = winding_given(&tuning->winding, input->voltage, periods, watch->current, current);
-    const float half = tuning->back * periods * input->omega_e;
-    const rotation_t back = trig_turn(angle_wrap(half));
-    const ab_t middle = frames_inverse_park((dq_t){input->rotor.cos, input->rotor.sin}, back);
+    const float half = -tuning->back * periods * input->omega_e;
+    const rotation_t turn = trig_turn(angle_wrap(half));
+    const rotation_t middle = frames_between(turn, input->rotor);
     const float per_speed = tuning->per_speed * periods;
     const float emf = per_speed * input->omega_e;
-    const float chord = emf * mean_of(half, back.sin);
-    const ab_t moved = {given.alpha + chord * middle.beta, given.beta - chord * middle.alpha};
+    const float chord = emf * mean_of(half, turn.sin);
+    const ab_t moved = {given.alpha + chord * middle.sin, given.beta - chord * middle.cos};
     window->periods = periods;
     window->current = current;
     spread(window->value, input->current);

@@ -10,10 +10,6 @@
  * The step with which a sign begins, which is no turn, may extend over as many windows. */
 #define FOR_A_TURN 2u
 
-/* Largest turn of the encoder in half of a window for which its mean EMF is used [rad]: this mean is 0.56 of
- * the EMF there, and zero at 3.1 rad. */
-#define MEAN_TURN 1.75f
-
 /* Limits for a rotor that turns the other way: its speed over that of the encoder, and
  * the error of the EMF's length. */
 #define BACKWARD       0.5f   /* [-] */
@@ -139,7 +135,7 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
     const float omega_e = input->omega_e;
     const ab_t mean = emf_of(watch, input);
     const float turn = tuning->middle * omega_e;
-    const bool slow = bounds_within(turn, MEAN_TURN);
+    const bool slow = bounds_within(turn, 0.5f * WINDING_TURN_MOST);
     const rotation_t middle = slow ? trig_advance(input->encoder, turn) : input->encoder;
     const dq_t emf = frames_park(slow ? mean : input->emf, middle);
     const dq_t last = watch->last;

@@ -4,6 +4,9 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
+#define SIGMAS    3.0    /* [-] theta_sigma that the true error exceeds in at most a hundredth of the periods */
+#define PER_MILLE 1000.0 /* [-] */
+
 #define CURRENT_SAMPLES 3u /* two periods from the first to the last */
 
 /* Time after the end of a fault in which its consequences are accepted [s]. */
@@ -376,12 +379,31 @@ static bool may_wait(const campaign_watch_t *watch, uint32_t period, const uint3
            fabs(reference) >= watch->slow && !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period);
 }
 
+/* theta_sigma beside the true error, in a run without an injected fault, while the drive runs on the estimate. */
+static void compare_sigma(campaign_watch_t *watch, uint32_t period, const uint32_t *rows, double error)
+{
+    campaign_result_t *result = watch->result;
+    const double sigma = campaign_number(rows, CAMPAIGN_AT_theta_sigma);
+    if (watch->drawn->faults[0].kind != 0u || campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period)) {
+        return;
+    }
+    result->tracked++;
+    result->inside += error <= SIGMAS * sigma ? 1u : 0u;
+    watch->error_square += error * error;
+    watch->sigma += sigma;
+    const double mean = sqrt(watch->error_square * result->tracked); /* rms error, times the number of periods */
+    result->share = mean > 0.0 ? (uint32_t)fmin(PER_MILLE * watch->sigma / mean, PER_MILLE * PER_MILLE) : 0u;
+}
+
 static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     const bool runs = rows[CAMPAIGN_AT_state] == watch->enabled && rows[CAMPAIGN_AT_manoeuvre] == watch->run;
     const double error = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err));
     const bool wrong = runs && !(error <= campaign_invariants[CAMPAIGN_I_ANGLE].limit); /* NaN is wrong */
     const bool excused = wrong && hides_angle(watch, period, rows);
+    if (runs) {
+        compare_sigma(watch, period, rows, error);
+    }
     watch->result->excused |= excused ? CAMPAIGN_BIT(ANGLE) : 0u;
     watch->wrong = !wrong ? 0u : excused ? watch->wrong : watch->wrong + 1u;
     if (watch->wrong * RIG_PERIOD_SECONDS > CAMPAIGN_ANGLE_SECONDS && !may_wait(watch, period, rows)) {

@@ -125,7 +125,7 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(true_i_a)                                                                                              \
     R(true_i_b)                                                                                              \
     R(true_i_c)                                                                                              \
-    R(theta_err)                                                                                             \
+    R(theta_err) R(theta_sigma)                                                                                             \
     R(true_omega_m)                                                                                          \
     R(true_u_dc)                                                                                             \
     R(shoot_throughs)                                                                                        \
@@ -323,6 +323,8 @@ typedef struct {
     uint32_t over_off[3]; /* [periods] the same while all gates are off */
     bool fast;            /* caught above overspeed_trip, with the current of this catch still flowing */
     uint32_t wrong;       /* [periods] time for which the angle has been wrong */
+    double error_square;  /* [rad^2] sum over the periods of campaign_result_t.tracked */
+    double sigma;         /* [rad] the same sum of theta_sigma */
     double slow;          /* [rad/s] fallback_speed of the drive */
     double passage;       /* [s] time for which the drive waits for the EMF below this speed */
     uint32_t latched;     /* [periods] since the fault was latched */

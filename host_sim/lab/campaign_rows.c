@@ -4,6 +4,9 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
+/* [-] standard deviation of R and L beside their configured values, which are 0.7 to 1.3 of the true ones */
+#define CAMPAIGN_DATA_UNCERTAINTY 0.19
+
 #define LOOP_SLOWER    14.0   /* [-] bandwidth of the tracking loop over that of the speed control */
 #define LOOP_MIN       200.0  /* [rad/s] */
 #define LOOP_MAX       1000.0 /* [rad/s] a tenth of the carrier's */
@@ -68,6 +71,7 @@ static void set_motor(campaign_settings_t *to, const campaign_case_t *drawn, con
                            : motor->resistance * CAMPAIGN_VALUE(drawn, resistance_configured));
     set(to, "motor_inductance_d", motor->inductance_d * campaign_inductance_configured(drawn));
     set(to, "motor_inductance_q", motor->inductance_q * campaign_inductance_configured(drawn));
+    set(to, "motor_data_uncertainty", CAMPAIGN_DATA_UNCERTAINTY);
     set(to, "motor_flux_linkage", motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_configured));
     set(to, "motor_inertia",
         motor->inertia * (1.0 + CAMPAIGN_VALUE(drawn, second_mass)) *

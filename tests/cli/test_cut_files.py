@@ -30,7 +30,7 @@ class Campaign(TestCase):
         return lagless("campaign", "merge", self.folder)
 
     def test_what_is_not_a_result_is_refused(self):
-        self.assertEqual("run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm\n", self.columns)
+        self.assertEqual("run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm,tracked,inside,share\n", self.columns)
         self.expect(1, self.merge(self.line), "29 of 30 runs are not done")
         none = self.line.split(",")[2]  # stands for a run that violates no invariant
         for start, end in (

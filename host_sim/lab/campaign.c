@@ -155,16 +155,16 @@ bool campaign_read_line(const char *line, uint32_t runs, uint32_t *run, campaign
     unsigned end;
     unsigned invariant;
     char again[CAMPAIGN_LINE_SIZE];
-    const int read = sscanf(line,
-                            "%10" SCNu32 ",%2u,%2u,%10" SCNu32 ",%10" SCNu32 ",%10" SCNu32 ",%10" SCNd32
-                            ",%10" SCNu32 ",%10" SCNu32 ",%1" SCNu32 ",%10" SCNu32 ",%10" SCNu32 ",%1" SCNu32
-                            ",%10" SCNu32 ",%10" SCNu32 ",%10" SCNu32,
-                            run, &end, &invariant, &result->period, &result->row, &result->fault,
-                            &result->reason, &result->excused, &result->from, &result->reproduced,
-                            &result->latched, &result->second, &result->calm, &result->tracked,
-                            &result->inside, &result->share);
-    if (read != 16 || result->inside > result->tracked || result->reproduced > 1u || result->calm > 1u || *run >= runs || end < CAMPAIGN_HELD ||
-        end > CAMPAIGN_REFUSED || invariant > CAMPAIGN_NO_INVARIANT ||
+    const int read =
+        sscanf(line,
+               "%10" SCNu32 ",%2u,%2u,%10" SCNu32 ",%10" SCNu32 ",%10" SCNu32 ",%10" SCNd32 ",%10" SCNu32
+               ",%10" SCNu32 ",%1" SCNu32 ",%10" SCNu32 ",%10" SCNu32 ",%1" SCNu32 ",%10" SCNu32 ",%10" SCNu32
+               ",%10" SCNu32,
+               run, &end, &invariant, &result->period, &result->row, &result->fault, &result->reason,
+               &result->excused, &result->from, &result->reproduced, &result->latched, &result->second,
+               &result->calm, &result->tracked, &result->inside, &result->share);
+    if (read != 16 || result->inside > result->tracked || result->reproduced > 1u || result->calm > 1u ||
+        *run >= runs || end < CAMPAIGN_HELD || end > CAMPAIGN_REFUSED || invariant > CAMPAIGN_NO_INVARIANT ||
         (end == CAMPAIGN_VIOLATED) != (invariant < CAMPAIGN_NO_INVARIANT) ||
         result->fault >= campaign_fault_count || result->second >= campaign_fault_count) {
         return false;

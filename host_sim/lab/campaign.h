@@ -333,9 +333,9 @@ typedef struct {
     uint32_t latched;    /* [periods] time at which the fault `reason` latched; 0: none */
     uint32_t reproduced; /* 1: the text of the scenario was run again, and reproduced the violation */
     uint32_t second;     /* the fault that was injected second */
-    uint32_t tracked; /* [periods] for which a run without injected fault was on the estimate */
-    uint32_t inside;  /* [periods] of these, with a true error of the angle within 3 theta_sigma */
-    uint32_t share;   /* [1e-3] mean theta_sigma over the rms error in these periods */
+    uint32_t tracked;    /* [periods] for which a run without injected fault was on the estimate */
+    uint32_t inside;     /* [periods] of these, with a true error of the angle within 3 theta_sigma */
+    uint32_t share;      /* [1e-3] mean theta_sigma over the rms error in these periods */
     uint32_t calm; /* 1: a run without injected fault whose load and supply stay within limits: a fault is a
                       false alarm */
 } campaign_result_t;
@@ -416,7 +416,8 @@ bool campaign_read_head(const char *line, campaign_t *campaign);
 
 /* Names of the fields of a line. This line follows the first line. */
 #define CAMPAIGN_COLUMNS                                                                                     \
-    "run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm,tracked,inside,share\n"
+    "run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm,tracked,"      \
+    "inside,share\n"
 
 void campaign_line(uint32_t run, const campaign_result_t *result, char line[CAMPAIGN_LINE_SIZE]);
 bool campaign_read_line(const char *line, uint32_t runs, uint32_t *run, campaign_result_t *result);

@@ -4,7 +4,7 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define SIGMAS    3.0    /* [-] theta_sigma that the true error exceeds in at most a hundredth of the periods */
+#define SIGMAS    3.0 /* [-] theta_sigma that the true error exceeds in at most a hundredth of the periods */
 #define PER_MILLE 1000.0 /* [-] */
 
 #define CURRENT_SAMPLES 3u /* two periods from the first to the last */
@@ -379,7 +379,8 @@ static bool may_wait(const campaign_watch_t *watch, uint32_t period, const uint3
            fabs(reference) >= watch->slow && !campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period);
 }
 
-/* theta_sigma beside the true error, in a run without an injected fault, while the drive runs on the estimate. */
+/* theta_sigma beside the true error, in a run without an injected fault, while the drive runs on the
+ * estimate. */
 static void compare_sigma(campaign_watch_t *watch, uint32_t period, const uint32_t *rows, double error)
 {
     campaign_result_t *result = watch->result;
@@ -391,7 +392,8 @@ static void compare_sigma(campaign_watch_t *watch, uint32_t period, const uint32
     result->inside += error <= SIGMAS * sigma ? 1u : 0u;
     watch->error_square += error * error;
     watch->sigma += sigma;
-    const double mean = sqrt(watch->error_square * result->tracked); /* rms error, times the number of periods */
+    const double mean =
+        sqrt(watch->error_square * result->tracked); /* rms error, times the number of periods */
     result->share = mean > 0.0 ? (uint32_t)fmin(PER_MILLE * watch->sigma / mean, PER_MILLE * PER_MILLE) : 0u;
 }
 

@@ -669,8 +669,21 @@ static void test_threads_change_nothing_nor_does_what_came_before_a_run(void)
 
 static void test_a_result_reads_back_from_its_line_and_a_torn_one_does_not(void)
 {
-    const campaign_result_t told = {
-        CAMPAIGN_VIOLATED, CAMPAIGN_I_ANGLE, 12345u, 3010u, 2u, 38, 33u, 11845u, 12000u, 1u, 3u, 0u};
+    const campaign_result_t told = {CAMPAIGN_VIOLATED,
+                                    CAMPAIGN_I_ANGLE,
+                                    12345u,
+                                    3010u,
+                                    2u,
+                                    38,
+                                    33u,
+                                    11845u,
+                                    12000u,
+                                    1u,
+                                    3u,
+                                    0u,
+                                    20000u,
+                                    19900u,
+                                    1250u};
     char line[CAMPAIGN_LINE_SIZE];
     campaign_line(9999u, &told, line);
     uint32_t run = 0;

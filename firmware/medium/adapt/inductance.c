@@ -17,6 +17,7 @@
 #define VAIN_CYCLES   16u       /* [-] */
 #define WAVE_SQUARE   0.53333333f /* mean of s^2 [-] */
 #define SWINGS        2.0f        /* [-] of the mean square of the dither: i_d swings beside it by as much */
+#define HALF_TURN     3.14159265f /* [rad] of the wave, whose t advances by 1 */
 #define SHARE_MAX     0.5f        /* [-] */
 #define ANSWER_OFF    0.5f        /* [-] of the commanded i_d: largest difference */
 #define EMF_MIN       0.5f        /* [-] of psi_f |omega| */
@@ -217,7 +218,6 @@ static bool turns_with(inductance_t *x, const inductance_input_t *input)
 {
     const inductance_tuning_t *tuning = &x->tuning;
     if (tuning->ratio != 0.0f) {
-        x->flux = tuning->flux_linkage;
         x->along = 0.0f;
         return true;
     }
@@ -230,6 +230,18 @@ static bool turns_with(inductance_t *x, const inductance_input_t *input)
     x->flux = flux > least ? flux : least;
     x->along = bounds_clamp((apparent - tuning->inductance_d) * i_q / x->flux, ALONG_MAX);
     return !bounds_within(answer_at(x, input->current), ANSWER_LEAST);
+}
+
+/* The loop's angle counts from a rotation at this speed [rad/s] from now on. The high-pass changes at once by
+ * its answer to the difference of the rotations, which otherwise would settle in the cycle. */
+static void turn_at(inductance_t *x, float omega)
+{
+    const float share = x->tuning.mean_share;
+    x->turned -= x->tuning.time * (1.0f - share) / share * (omega - x->omega);
+    x->omega = omega;
+    if (x->tuning.ratio != 0.0f) {
+        x->flux = x->emf_mean.q / omega;
+    }
 }
 
 /* Begins a cycle. false: the conditions for a result are not met. */
@@ -253,6 +265,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
         x->emf_mean.d = input->emf.d + input->omega_smooth * flux_beyond(&x->tuning, input->current.q);
         x->turned = 0.0f;
         x->theta = input->theta;
+        x->omega = input->omega_smooth;
         x->mean = input->current;
     }
     x->follows = 0u;
@@ -261,7 +274,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     x->marks = input->voltage_known ? INDUCTANCE_SOUND | INDUCTANCE_KNOWN : INDUCTANCE_SOUND;
     x->t = -1.0f;
     x->current = inductance_amplitude(&x->tuning, speed, x->mean.q);
-    x->omega = input->omega_smooth;
+    turn_at(x, input->omega_smooth);
     x->sum = (inductance_sums_t){.detector = 0.0f};
     x->swing.s = 0.0f;
     x->swing.c = 0.0f;
@@ -271,20 +284,31 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
 /* True if the rotor turned and the loop followed it in the cycle that ends now. */
 static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, float speed)
 {
-    const bool turns =
-        speed > INDUCTANCE_SPEED_MIN && bounds_magnitude(x->emf_mean.q) > EMF_MIN * x->flux * speed;
+    const bool turns = speed > INDUCTANCE_SPEED_MIN &&
+                       bounds_magnitude(x->emf_mean.q) > EMF_MIN * x->tuning.flux_linkage * speed;
     return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
 /* A voltage per ampere of i_d, from its sums with s and c: the component in step with i_d in this cycle
- * [ohm]. The low-pass that is subtracted, and the current control, shift i_d against the wave. The component
- * a quarter of a cycle ahead of i_d is not used: in e_d it is the voltage of a wrong L, and in e_q the EMF of
- * a light rotor whose torque follows the dither. */
+ * [ohm]. The low-pass that is subtracted, and the current control, shift i_d against the wave. */
 static float per_ampere(const inductance_sums_t *sum, float with_s, float with_c)
 {
     const float power = with_s * sum->answer + with_c * sum->answer_c;
     const float square = sum->answer * sum->answer + sum->answer_c * sum->answer_c;
     return power / square;
+}
+
+/* L_d,true - L_q,assumed of a round rotor [H]. The EMF of the rotor's own swing is p per ampere of i_d, in
+ * step with it. With dL it makes e_q = omega dL + p in step with i_d, and e_d = W dL + omega/W p a quarter of
+ * a cycle ahead. p vanishes from the difference. Where omega is not INDUCTANCE_APART of W, this difference
+ * is too small beside the noise, and p counts as zero. */
+static float beside(const inductance_t *x, float omega)
+{
+    const float wave = HALF_TURN * x->tuning.wave[x->which].step / x->tuning.time;
+    const float w = bounds_magnitude(omega) >= INDUCTANCE_APART * wave ? wave : 0.0f;
+    const float in_step = per_ampere(&x->sum, x->sum.emf, x->sum.emf_c);
+    const float ahead = per_ampere(&x->sum, x->sum.drop_c, -x->sum.drop);
+    return (omega * in_step - w * ahead) / (omega * omega - w * w);
 }
 
 /* L_q from the cycle that ends now [H]; 0: it is not plausible. */
@@ -293,8 +317,7 @@ static float said_by(const inductance_t *x, float omega)
     const inductance_tuning_t *tuning = &x->tuning;
     const float miss =
         tuning->ratio != 0.0f
-            ? tuning->ratio * (per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) / omega -
-                               (tuning->inductance_d - tuning->inductance_q))
+            ? tuning->ratio * (beside(x, omega) - (tuning->inductance_d - tuning->inductance_q))
             : -per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * answer_at(x, x->mean));
     const float said = tuning->inductance_q + miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
@@ -484,7 +507,7 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     const float before = x->turned;
     x->turned = (1.0f - share) * (x->turned + moved);
     const float e_d = x->along == 0.0f ? beyond_mean(x, input->emf.d) : salient_drop(x, input, before);
-    const float drop = e_d - x->flux * x->omega * x->turned;
+    const float drop = e_d - 0.5f * x->flux * x->omega * (before + x->turned);
     x->sum.drop += drop * s;
     x->sum.drop_c += drop * c;
     x->sum.detector += bounds_magnitude(input->detector);

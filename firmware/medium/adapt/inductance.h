@@ -93,14 +93,15 @@
 #define INDUCTANCE_R_SPEED_MAX   100.0f /* [rad/s] up to which R is learnt: the dead time is known there */
 #define INDUCTANCE_SPEED_DRIFT   0.03f  /* [-] of the speed over a cycle: a larger drift is not steady */
 #define INDUCTANCE_R_SPEED_DRIFT 0.01f  /* [-] the same without torque and for R */
-#define INDUCTANCE_DETECTOR_MAX  0.1f   /* [-] */
-#define INDUCTANCE_CUTOFF        100.0f /* [rad/s] of the low-pass that is subtracted */
-#define INDUCTANCE_MIN           0.5f   /* [-] of the parameter, also for R */
-#define INDUCTANCE_MAX           2.0f   /* [-] of the parameter, also for R */
-#define INDUCTANCE_AGREES        0.2f   /* [-] of L: two cycles agree within this */
-#define INDUCTANCE_LOOKED        0.2f   /* [-] of the initial rate, at which the first interval ends */
-#define INDUCTANCE_LOOK          1.0f   /* [s] time of cycles with a result in each later interval */
-#define INDUCTANCE_REST          20.0f  /* [s] pause between two intervals */
+#define INDUCTANCE_APART         2.0f /* [-] of the dither's frequency: speed from which its swing is eliminated */
+#define INDUCTANCE_DETECTOR_MAX  0.1f        /* [-] */
+#define INDUCTANCE_CUTOFF        100.0f      /* [rad/s] of the low-pass that is subtracted */
+#define INDUCTANCE_MIN           0.5f        /* [-] of the parameter, also for R */
+#define INDUCTANCE_MAX           2.0f        /* [-] of the parameter, also for R */
+#define INDUCTANCE_AGREES        0.2f        /* [-] of L: two cycles agree within this */
+#define INDUCTANCE_LOOKED        0.2f        /* [-] of the initial rate, at which the first interval ends */
+#define INDUCTANCE_LOOK          1.0f        /* [s] time of cycles with a result in each later interval */
+#define INDUCTANCE_REST          20.0f       /* [s] pause between two intervals */
 #define INDUCTANCE_MISSED        UINT32_C(2) /* [-] of INDUCTANCE_LOOK: cycles without a value, less others */
 #define INDUCTANCE_MOVED         5.0f        /* [-] of the dither: change of i_q that ends a pause */
 #define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, the rotor is salient */

@@ -34,7 +34,7 @@ angle_sigma_tuning_t angle_sigma_prepare(const angle_sigma_params_t *params)
 
 void angle_sigma_reset(angle_sigma_t *sigma, float known)
 {
-    sigma->mean = 0.0f;
+    sigma->lag = 0.0f;
     sigma->square = 0.0f;
     sigma->drifted = 0.0f;
     sigma->sigma = known;
@@ -87,12 +87,12 @@ static inline float across(const angle_sigma_tuning_t *tuning, const angle_sigma
            tuning->resistance_square * d_square * of_r;
 }
 
-/* Square of the mean detector, minus twice the part that noise causes in it: noise of the mean has the share
- * mean_share/2 of the detector's variance [rad^2]. */
-static inline float lag_square(const angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning)
+/* Square of the loop's lag in a window, less the part that noise causes [rad^2]. Without an EMF it is 1. */
+static inline float lag_square(const angle_sigma_input_t *input)
 {
-    const float beyond = square_of(sigma->mean) - 2.0f * tuning->mean_share * sigma->square;
-    return beyond > 0.0f ? beyond : 0.0f;
+    const float d_square = square_of(input->emf.d);
+    const float whole = d_square + square_of(input->emf.q);
+    return whole > 0.0f ? d_square / whole - input->noise * input->scatter : 1.0f;
 }
 
 void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
@@ -100,9 +100,10 @@ void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
 {
     const float turned = tuning->window * bounds_magnitude(input->omega_e);
     sigma->drifted = input->coasted != 0u ? sigma->drifted + ANGLE_SIGMA_DRIFT * turned : 0.0f;
-    sigma->mean = lowpass_step(sigma->mean, tuning->mean_share, input->detector);
+    sigma->lag = lowpass_step(sigma->lag, tuning->mean_share, lag_square(input));
     sigma->square = lowpass_step(sigma->square, tuning->mean_share, input->scatter);
-    const float variance = across(tuning, input) / square_of(input->amplitude) + lag_square(sigma, tuning) +
+    const float lag = sigma->lag > 0.0f ? sigma->lag : 0.0f;
+    const float variance = across(tuning, input) / square_of(input->amplitude) + lag +
                            tuning->noise_share * sigma->square + square_of(sigma->drifted) +
                            square_of(ANGLE_SIGMA_LEAST);
     const bool known = variance < square_of(ANGLE_SIGMA_UNKNOWN); /* the comparison is also false for NaN */

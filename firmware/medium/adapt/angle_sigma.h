@@ -22,9 +22,10 @@
  * legs is less accurate. Therefore u(V)^2 contains another term, (ANGLE_SIGMA_V_RIPPLE V)^2 r^2/(r^2 +
  * |i|^2).
  *
- * The loop adds errors of its own. Its lag is the mean of the detector, as far as this exceeds twice its
- * noise. The noise of the detector causes T (k_p + k_i/k_p)/2 of its variance in the angle. Both are
- * low-passed. While the loop coasts, its speed is not corrected, and the angle error increases by
+ * The loop adds errors of its own. Its lag is the angle of the window's mean EMF in its frame. The square of
+ * the lag, less the part that noise of the mean causes, is low-passed, so that a lag that swings with the
+ * shaft counts with its rms value. The noise of the detector causes T (k_p + k_i/k_p)/2 of its low-passed
+ * variance in the angle. While the loop coasts, its speed is not corrected, and the angle error increases by
  * ANGLE_SIGMA_DRIFT of the angle by which the rotor turns.
  *
  * One step per window. Does not handle: errors that the drive cannot know, such as a wrong number of pole
@@ -48,7 +49,7 @@
     0.08f /* [-] of V, at the initial rate: the difference that is not used, DEAD_TIME_LEARN_CHANCE */
 #define ANGLE_SIGMA_V_RIPPLE  0.05f  /* [-] of V, if the ripple exceeds the current */
 #define ANGLE_SIGMA_DRIFT     0.05f  /* [-] of the speed of a loop that coasts */
-#define ANGLE_SIGMA_MEAN_TIME 10e-3f /* [s] of the means of the detector and of its square */
+#define ANGLE_SIGMA_MEAN_TIME 10e-3f /* [s] of the mean squares of lag and detector */
 
 typedef struct {
     float data;         /* standard uncertainty of V, L and R before they are learnt [-], relative */
@@ -73,7 +74,7 @@ typedef struct {
     float ripple;              /* of the current, per volt of the link [A/V] */
     float follow_square;       /* k_p^2 [rad^2/s^2] */
     float noise_share;         /* variance of the angle over that of the detector [rad^2] */
-    float mean_share;          /* of the means of the detector and of its square [-] */
+    float mean_share;          /* of the low-passes of lag and detector [-] */
     float zone_square;         /* [A^2] */
     float per_leg_rate;        /* 1/g_0 of V [s]; 0: not learnt */
     float per_inductance_rate; /* the same of L and R [s] */
@@ -86,8 +87,9 @@ typedef struct {
     float amplitude;       /* |e| in the loop [V] */
     float omega_e;         /* smoothed speed [rad/s], electrical */
     dq_t current;          /* mean in the rotor's frame [A] */
-    float detector;        /* of the last period [-] */
+    dq_t emf;              /* mean in the loop's frame [V] */
     float scatter;         /* mean square of the detector [-] */
+    float noise;           /* variance of the mean over that of a sample, for white noise [-] */
     float link;            /* voltage of the DC link [V] */
     float leg_rate;        /* g of V [1/s] */
     float inductance_rate; /* the same of L [1/s] */
@@ -96,8 +98,8 @@ typedef struct {
 } angle_sigma_input_t;
 
 typedef struct {
-    float mean;    /* low-pass of the detector [-] */
-    float square;  /* low-pass of its square [-] */
+    float lag;     /* low-pass of the square of the lag [rad^2], which noise makes negative at times */
+    float square;  /* low-pass of the square of the detector [-] */
     float drifted; /* while the loop coasts [rad] */
     float sigma;   /* [rad], up to ANGLE_SIGMA_UNKNOWN */
 } angle_sigma_t;
@@ -108,7 +110,7 @@ angle_sigma_tuning_t angle_sigma_prepare(const angle_sigma_params_t *params);
 /* Sets sigma to `known` [rad], the deviation of an angle that is not estimated, for example an encoder's. */
 void angle_sigma_reset(angle_sigma_t *sigma, float known);
 
-/* Updates sigma->sigma after a window in which the loop tracked or coasted. Four divisions. */
+/* Updates sigma->sigma after a window in which the loop tracked or coasted. Five divisions. */
 void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
                       const angle_sigma_input_t *input);
 

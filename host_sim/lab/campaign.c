@@ -186,6 +186,7 @@ typedef struct {
     uint32_t done, held, refused, violated, reproduced, excused, faulted, injected;
     uint32_t calm, alarms;
     bool alarmed; /* more alarms than chance explains */
+    campaign_sigma_t sigma;
     uint32_t violations[CAMPAIGN_INVARIANT_COUNT];
 } counts_t;
 
@@ -207,6 +208,7 @@ static counts_t count_all(const campaign_t *campaign, const campaign_result_t *r
         }
     }
     counts.alarmed = !campaign_alarms(campaign, results, &counts.calm, &counts.alarms);
+    counts.sigma = campaign_sigma(campaign, results);
     return counts;
 }
 
@@ -404,6 +406,7 @@ static void say_text(FILE *file, const campaign_t *campaign, const campaign_resu
             " were excused something\n",
             counts->held, counts->faulted, counts->excused);
     campaign_say_alarms(file, counts->calm, counts->alarms);
+    campaign_say_sigma(file, &counts->sigma);
     fprintf(file, "refused   %" PRIu32 "\n", counts->refused);
     fprintf(file, "violated  %" PRIu32 ", of which %" PRIu32 " failed again when their files were run\n",
             counts->violated, counts->reproduced);
@@ -458,8 +461,10 @@ static void say_json(FILE *file, const campaign_t *campaign, const campaign_resu
         fprintf(file, "%s\"%s\": %" PRIu32, n == 0u ? "" : ", ", campaign_invariants[n].name,
                 counts->violations[n]);
     }
-    fprintf(file, "},\n \"calm\": %" PRIu32 ", \"alarms\": %" PRIu32 ", \"alarmed\": %s,\n \"excuses\": {",
-            counts->calm, counts->alarms, counts->alarmed ? "true" : "false");
+    fprintf(file, "},\n \"calm\": %" PRIu32 ", \"alarms\": %" PRIu32 ", \"alarmed\": %s,\n ", counts->calm,
+            counts->alarms, counts->alarmed ? "true" : "false");
+    campaign_json_sigma(file, &counts->sigma);
+    fprintf(file, ",\n \"excuses\": {");
     say_excuses(&excused, campaign, results);
     fprintf(file, "},\n \"reasons\": {");
     say_faults(&faults, campaign, results);
@@ -478,5 +483,6 @@ uint32_t campaign_summary(FILE *file, const campaign_t *campaign, const campaign
     } else {
         say_text(file, campaign, results, &counts);
     }
-    return counts.violated + (counts.alarmed ? 1u : 0u);
+    return counts.violated + (counts.alarmed ? 1u : 0u) +
+           (counts.sigma.judged && !counts.sigma.kept ? 1u : 0u);
 }

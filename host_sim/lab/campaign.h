@@ -405,7 +405,25 @@ bool campaign_all(const campaign_t *campaign, campaign_result_t *results, char w
 bool campaign_alarms(const campaign_t *campaign, const campaign_result_t *results, uint32_t *calm,
                      uint32_t *alarms);
 
-#define CAMPAIGN_LINE_SIZE 160u
+/* Least share of the periods in which the true error of the angle is within 3 theta_sigma, and the largest
+ * median of theta_sigma over the rms error. campaign_sigma() checks both. */
+#define CAMPAIGN_SIGMA_INSIDE 0.99
+#define CAMPAIGN_SIGMA_SHARE  3.0
+
+/* theta_sigma beside the true error, in runs without an injected fault while the drive runs on the estimate.
+ */
+typedef struct {
+    double periods; /* [periods] compared */
+    double inside;  /* [periods] of these, with an error within 3 theta_sigma */
+    double median;  /* [-] of the mean theta_sigma over the rms error, over `runs` */
+    uint32_t runs;  /* that are long enough for this median */
+    bool judged;    /* there are enough periods, and the set-up is not that of a scenario */
+    bool kept;      /* both limits are kept */
+} campaign_sigma_t;
+
+campaign_sigma_t campaign_sigma(const campaign_t *campaign, const campaign_result_t *results);
+
+#define CAMPAIGN_LINE_SIZE 192u
 
 /* First line of a results file. It must be the same in all files that are merged. */
 void campaign_head(const campaign_t *campaign, char line[CAMPAIGN_LINE_SIZE]);
@@ -426,7 +444,8 @@ bool campaign_read_line(const char *line, uint32_t runs, uint32_t *run, campaign
 void campaign_file_name(uint32_t run, char name[32]);
 
 /* Writes the summary. It does not depend on how the runs were divided into shards. Returns the number of
- * violations, plus one if there are more false alarms than their rate explains. */
+ * violations, plus one if there are more false alarms than their rate explains, plus one if the limits of
+ * theta_sigma are judged and not kept. */
 uint32_t campaign_summary(FILE *file, const campaign_t *campaign, const campaign_result_t *results,
                           bool json);
 

@@ -126,9 +126,10 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(true_i_b)                                                                                              \
     R(true_i_c)                                                                                              \
     R(theta_err)                                                                                             \
-    R(theta_sigma) R(true_omega_m) R(true_u_dc) R(shoot_throughs) R(chip_reports) R(true_torque)             \
-        R(omega_m_ref) R(i_d_ref) R(i_q_ref) R(frame_theta_e) R(u_alpha) R(u_beta) R(true_theta_e)           \
-            R(speed_request) R(i_q_request) R(load_torque) CAMPAIGN_LEARNT(R)
+    R(theta_sigma)                                                                                           \
+    R(true_omega_m) R(true_u_dc) R(shoot_throughs) R(chip_reports) R(true_torque) R(omega_m_ref) R(i_d_ref)  \
+        R(i_q_ref) R(frame_theta_e) R(u_alpha) R(u_beta) R(true_theta_e) R(speed_request) R(i_q_request)     \
+            R(load_torque) CAMPAIGN_LEARNT(R)
 /* The learnt values that change the mean of the angle. Others, the shape of the EMF and differences of the
  * legs, change only its ripple. */
 #define CAMPAIGN_LEARNT(R) R(dead_time_hat) R(inductance_hat) R(resistance_hat)
@@ -390,6 +391,10 @@ void campaign_watch_edge(void *watch, uint64_t tick, uint32_t what, uint32_t val
 bool campaign_is_alarm(const campaign_result_t *result);
 void campaign_say_alarms(FILE *file, uint32_t calm, uint32_t alarms);
 void campaign_list_alarms(FILE *file, const campaign_t *campaign, const campaign_result_t *results);
+
+/* campaign_sigma.c: the two forms of the summary's text. */
+void campaign_say_sigma(FILE *file, const campaign_sigma_t *sigma);
+void campaign_json_sigma(FILE *file, const campaign_sigma_t *sigma);
 
 /* Bit of an invariant. */
 #define CAMPAIGN_BIT(NAME) (UINT32_C(1) << CAMPAIGN_I_##NAME)

@@ -59,6 +59,7 @@ add_library(lagless_lab_shared OBJECT
     lab/boards.c
     lab/campaign.c
     lab/campaign_alarms.c
+    lab/campaign_sigma.c
     lab/campaign_around.c
     lab/campaign_judge.c
     lab/campaign_pair.c

@@ -172,7 +172,7 @@ class CommandLine(TestCase):
         done = self.campaign("--json")
         told = json.loads(done.stdout)
         self.assertEqual({"seed", "runs", "done", "seconds", "quantities", "events", "faults", "injected", "held", "faulted",
-                          "excused", "refused", "violated", "invariants", "calm", "alarms", "alarmed", "excuses", "reasons",
+                          "excused", "refused", "violated", "invariants", "calm", "alarms", "alarmed", "sigma", "excuses", "reasons",
                           "refusals", "violations"}, set(told))
         self.assertEqual((3, 12, 12, 0.1), (told["seed"], told["runs"], told["done"], told["seconds"]))
         self.assertEqual(12, told["held"] + told["refused"] + told["violated"])

@@ -30,16 +30,18 @@ class Campaign(TestCase):
         return lagless("campaign", "merge", self.folder)
 
     def test_what_is_not_a_result_is_refused(self):
-        self.assertEqual("run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm,tracked,inside,share\n", self.columns)
+        self.assertEqual(
+            "run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm,tracked,"
+            "inside,share\n", self.columns)
         self.expect(1, self.merge(self.line), "29 of 30 runs are not done")
         none = self.line.split(",")[2]  # stands for a run that violates no invariant
         for start, end in (
                 # A violation without an invariant, which must not be counted beyond the end of an array, and an invariant without a
                 # violation.
-                (f"20,2,{none}", "3,45,0,0,0,0,0,0"), ("20,2,99", "3,45,0,0,0,0,0,0"), ("20,1,3", "3,45,0,0,0,0,0,0"), ("20,3,3", "3,45,0,0,0,0,0,0"),
+                (f"20,2,{none}", "3,45,0,0,0,0,0,0,0,0,0"), ("20,2,99", "3,45,0,0,0,0,0,0,0,0,0"), ("20,1,3", "3,45,0,0,0,0,0,0,0,0,0"), ("20,3,3", "3,45,0,0,0,0,0,0,0,0,0"),
                 # Indices beyond the end of their tables, and too few fields.
-                (f"30,1,{none}", "3,45,0,0,0,0,0,0"), (f"20,1,{none}", "9999,45,0,0,0,0,0,0"), (f"20,4,{none}", "3,45,0,0,0,0,0,0"), (f"20,1,{none}", "3,45,0,0,7,0,0,0"),
-                (f"20,1,{none}", "3,45,0,0,0,0,0"), (f"-1,1,{none}", "3,45,0,0,0,0,0,0")):
+                (f"30,1,{none}", "3,45,0,0,0,0,0,0,0,0,0"), (f"20,1,{none}", "9999,45,0,0,0,0,0,0,0,0,0"), (f"20,4,{none}", "3,45,0,0,0,0,0,0,0,0,0"), (f"20,1,{none}", "3,45,0,0,7,0,0,0,0,0,0"),
+                (f"20,1,{none}", "3,45,0,0,0,0,0,0,0,0"), (f"20,1,{none}", "3,45,0,0,0,0,0,0,5,6,0"), (f"-1,1,{none}", "3,45,0,0,0,0,0,0,0,0,0")):
             self.expect(2, self.merge(f"{start},900,0,{end}\n"), ":3: no result of a run")
         for runs in ("0", "1000001", "4294967295"):
             self.expect(2, self.merge(self.line, head=self.head.replace("runs 30", f"runs {runs}")), ":1: no campaign")

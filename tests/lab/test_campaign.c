@@ -212,7 +212,7 @@ static void test_a_wrong_offset_that_ends_returns_to_the_drifted_one(void)
     }
 }
 
-static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
+static void test_a_case_of_defaults_sets_nothing_but_the_friction_and_the_uncertainty_of_its_data(void)
 {
     char text[CAMPAIGN_TEXT_SIZE];
     scenario_error_t error;
@@ -222,7 +222,9 @@ static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
     scenario_t *scenario = scenario_read_text("plain", text, octets, &error);
     TEST_ASSERT_NOT_NULL(scenario);
     for (uint32_t n = 0; n < scenario->events[0].count; n++) {
-        TEST_ASSERT_EQUAL_STRING("friction_coulomb", scenario->events[0].settings[n].row->name);
+        const char *name = scenario->events[0].settings[n].row->name;
+        TEST_ASSERT_TRUE_MESSAGE(
+            strcmp(name, "friction_coulomb") == 0 || strcmp(name, "motor_data_uncertainty") == 0, name);
     }
     TEST_ASSERT_EQUAL_UINT32(1u, scenario->event_count);
     scenario_free(scenario);
@@ -680,10 +682,10 @@ static void test_a_result_reads_back_from_its_line_and_a_torn_one_does_not(void)
                                     12000u,
                                     1u,
                                     3u,
-                                    0u,
                                     20000u,
                                     19900u,
-                                    1250u};
+                                    1250u,
+                                    0u};
     char line[CAMPAIGN_LINE_SIZE];
     campaign_line(9999u, &told, line);
     uint32_t run = 0;

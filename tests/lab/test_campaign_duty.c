@@ -777,3 +777,45 @@ static void test_false_alarms_beyond_two_in_a_thousand_are_more_than_chance(void
     TEST_ASSERT_FALSE(campaign_alarms(&campaign, results, &calm, &alarms));
     TEST_ASSERT_EQUAL_UINT32(13u, alarms);
 }
+
+/* Runs of 20 000 periods: 99 % within 3 sigma in each, and shares of 1 to 1000 per mille. */
+static void test_theta_sigma_is_judged_from_ten_million_periods_on(void)
+{
+    static campaign_result_t results[1000];
+    campaign_t campaign = {.runs = 499u};
+    for (uint32_t run = 0; run < 1000u; run++) {
+        results[run] = (campaign_result_t){.end = CAMPAIGN_HELD,
+                                           .invariant = CAMPAIGN_NO_INVARIANT,
+                                           .tracked = 20000u,
+                                           .inside = 19800u,
+                                           .share = run + 1u};
+    }
+    TEST_ASSERT_FALSE(campaign_sigma(&campaign, results).judged);
+    campaign.runs = 500u;
+    campaign_sigma_t sigma = campaign_sigma(&campaign, results);
+    TEST_ASSERT_TRUE(sigma.judged && sigma.kept);
+    TEST_ASSERT_EQUAL_DOUBLE(1e7, sigma.periods);
+    TEST_ASSERT_EQUAL_DOUBLE(9.9e6, sigma.inside);
+    TEST_ASSERT_EQUAL_UINT32(500u, sigma.runs);
+    TEST_ASSERT_EQUAL_DOUBLE(0.2505, sigma.median);
+    results[7].inside--;
+    TEST_ASSERT_FALSE(campaign_sigma(&campaign, results).kept);
+    results[7].end = CAMPAIGN_VIOLATED; /* does not count, and its share is below the median */
+    campaign.runs = 502u;
+    sigma = campaign_sigma(&campaign, results);
+    TEST_ASSERT_TRUE(sigma.judged && sigma.kept);
+    TEST_ASSERT_EQUAL_DOUBLE(0.252, sigma.median);
+    for (uint32_t run = 0; run < 1000u; run++) {
+        results[run].share = 3001u;
+    }
+    TEST_ASSERT_FALSE(campaign_sigma(&campaign, results).kept);
+    const scenario_t around = {.seed = 1u};
+    campaign.scenario = &around; /* of a user, whose data may have any uncertainty */
+    TEST_ASSERT_FALSE(campaign_sigma(&campaign, results).judged);
+    for (uint32_t run = 0; run < 1000u; run++) {
+        results[run].tracked = results[run].inside = 999u; /* too short for the median */
+    }
+    sigma = campaign_sigma(&campaign, results);
+    TEST_ASSERT_EQUAL_UINT32(0u, sigma.runs);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, sigma.median);
+}

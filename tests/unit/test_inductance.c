@@ -331,6 +331,27 @@ static void test_what_a_dropped_frequency_has_taught_is_discarded(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, ratio());
 }
 
+/* From twice the dither's frequency on the law does not contain the swing, and L is kept. Its configured
+ * value is 20 % too small. */
+static void test_a_dropped_frequency_that_has_taught_the_truth_is_not_discarded(void)
+{
+    motor_t motor = usual();
+    motor.omega = 900.0;
+    motor.swing = 0.02;
+    motor.control = 80.0;
+    motor.shaft = 190.0;
+    motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
+    begin(&motor);
+    for (int k = 0; k < 900 && x.swing.from == 0u; k++) {
+        run(&motor, 10e-3);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, x.swing.from);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, ratio());
+    TEST_ASSERT_TRUE(x.rate < x.tuning.rate);
+    run(&motor, 6.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, ratio());
+}
+
 /* Learning trusts its cycles after four of them; each cycle takes effect with its whole share at its end. */
 static void test_l_goes_to_the_truth_by_its_rate(void)
 {

@@ -298,14 +298,20 @@ static float per_ampere(const inductance_sums_t *sum, float with_s, float with_c
     return power / square;
 }
 
+/* Frequency of the dither [rad/s] if the rotor turns so fast that its swing is eliminated; 0: it is not. */
+static float eliminated(const inductance_t *x, float omega)
+{
+    const float wave = HALF_TURN * x->tuning.wave[x->which].step / x->tuning.time;
+    return bounds_magnitude(omega) >= INDUCTANCE_APART * wave ? wave : 0.0f;
+}
+
 /* L_d,true - L_q,assumed of a round rotor [H]. The EMF of the rotor's own swing is p per ampere of i_d, in
  * step with it. With dL it makes e_q = omega dL + p in step with i_d, and e_d = W dL + omega/W p a quarter of
  * a cycle ahead. p vanishes from the difference. Where omega is not INDUCTANCE_APART of W, this difference
  * is too small beside the noise, and p counts as zero. */
 static float beside(const inductance_t *x, float omega)
 {
-    const float wave = HALF_TURN * x->tuning.wave[x->which].step / x->tuning.time;
-    const float w = bounds_magnitude(omega) >= INDUCTANCE_APART * wave ? wave : 0.0f;
+    const float w = eliminated(x, omega);
     const float in_step = per_ampere(&x->sum, x->sum.emf, x->sum.emf_c);
     const float ahead = per_ampere(&x->sum, x->sum.drop_c, -x->sum.drop);
     return (omega * in_step - w * ahead) / (omega * omega - w * w);
@@ -341,7 +347,8 @@ static bool is_in_vain(const inductance_swing_t *swing, float current, float s, 
 /* The next cycle opposes the swing of i_q that this one has measured, unless its L is not plausible. A share
  * of the opposing current decays: where the frequency of the dither is a resonance of the shaft, the speed
  * control turns the answer to it by a quarter of a cycle and more, and the opposing current would grow. If it
- * grows nevertheless, the next cycle has another frequency, and what the swing has taught is discarded. */
+ * grows nevertheless, the next cycle has another frequency, and what the swing has taught is discarded,
+ * unless the law has eliminated the swing. */
 static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausible)
 {
     inductance_swing_t *swing = &x->swing;
@@ -353,7 +360,9 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausibl
         swing->vain = 0u;
         swing->against_s = 0.0f;
         swing->against_c = 0.0f;
-        begin_again(x);
+        if (eliminated(x, x->omega) == 0.0f) {
+            begin_again(x);
+        }
         return;
     }
     if (!plausible) {

@@ -5,7 +5,7 @@
  *
  *     e_q = psi_f omega + dL (omega i_d + di_q/dt) + dR i_q,       dL = L_d,true - L_q,assumed
  *
- * If i_q does not swing, e_q responds to i_d with omega dL, for any R, psi_f, dead time and shaft;
+ * If i_q does not swing, e_q responds to i_d with omega dL, for any R, psi_f and dead time;
  * with a correct assumed value dL is L_d - L_q, which is zero for a round rotor. Over each whole
  * cycle of a dither with the wave s
  *
@@ -17,6 +17,11 @@
  * Without a countermeasure i_q would swing: a wrong R or L makes the estimated angle oscillate with the
  * dither, the estimated speed oscillates as well, and the speed control responds. Each cycle measures this
  * swing in step with the wave and a quarter of a cycle ahead (c), and the next cycle opposes it.
+ *
+ * A rotor on an elastic shaft may swing with i_d nevertheless, because a wrong L turns a part of i_d into
+ * torque. Its EMF p, per ampere in step with i_d, adds p to e_q, and omega/W p to e_d a quarter of a cycle
+ * ahead, where W is the frequency of the dither. From INDUCTANCE_APART W on dL is computed from both axes,
+ * without p (docs/theory.md, 24).
  *
  * Components that are not in step average out, constants exactly; a low-pass is subtracted from all of them
  * to remove slow changes. The wave consists of parabolas, s = 4 t (1 - |t|) for t from -1 to 1: a sine with a

@@ -374,7 +374,8 @@ static void test_l_goes_to_the_truth_by_its_rate(void)
 
 /* An elastic shaft near its resonance lets the rotor swing in step with the dither. The EMF of the swing is
  * 2 to 4 V/A of i_d here, while a wrong L makes 1.3 to 3.8 V/A. The angle shows the same swing, so that L is
- * learnt right from twice the dither's frequency on, for any bandwidth of the loop. */
+ * learnt right from twice the dither's frequency on, for any bandwidth of the loop. The dither leaves a
+ * frequency at which the rotor swings, if the next one is not above half of the speed either. */
 static void test_l_goes_to_the_truth_while_the_rotor_swings_with_the_dither(void)
 {
     static const double speeds[] = {500.0, -800.0, 1500.0};
@@ -388,6 +389,7 @@ static void test_l_goes_to_the_truth_while_the_rotor_swings_with_the_dither(void
         begin(&motor);
         run(&motor, 6.0);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, ratio());
+        TEST_ASSERT_EQUAL_UINT32(fabs(motor.omega) > 540.0 ? 2u : 0u, x.swing.from);
     }
 }
 

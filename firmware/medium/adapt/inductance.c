@@ -15,6 +15,7 @@
 #define LARGE         0.125f    /* [-] of the dither: an opposing current that must have reduced the swing */
 #define REMAINS       0.125f    /* [-] of the opposing current: twice the swing that its decay leaves */
 #define VAIN_CYCLES   16u       /* [-] */
+#define SHAKEN        0.05f     /* [-] of omega L: EMF of the swing from which the dither drives the shaft */
 #define WAVE_SQUARE   0.53333333f /* mean of s^2 [-] */
 #define SWINGS        2.0f        /* [-] of the mean square of the dither: i_d swings beside it by as much */
 #define HALF_TURN     3.14159265f /* [rad] of the wave, whose t advances by 1 */
@@ -232,12 +233,24 @@ static bool turns_with(inductance_t *x, const inductance_input_t *input)
     return !bounds_within(answer_at(x, input->current), ANSWER_LEAST);
 }
 
-/* The loop's angle counts from a rotation at this speed [rad/s] from now on. The high-pass changes at once by
- * its answer to the difference of the rotations, which otherwise would settle in the cycle. */
+/* This frequency of the dither [rad/s] if the rotor is round and turns so fast that its swing is eliminated;
+ * else 0. */
+static float eliminated(const inductance_t *x, float omega, uint32_t which)
+{
+    const float wave = HALF_TURN * x->tuning.wave[which].step / x->tuning.time;
+    const bool fast = bounds_magnitude(omega) >= INDUCTANCE_APART * wave;
+    return fast && x->tuning.ratio != 0.0f ? wave : 0.0f;
+}
+
+/* The loop's angle counts from a rotation at this speed [rad/s] from now on. Where the swing is eliminated,
+ * the high-pass changes at once by its answer to the difference of the rotations, which otherwise would
+ * settle in the cycle. */
 static void turn_at(inductance_t *x, float omega)
 {
     const float share = x->tuning.mean_share;
-    x->turned -= x->tuning.time * (1.0f - share) / share * (omega - x->omega);
+    if (eliminated(x, omega, x->which) != 0.0f) {
+        x->turned -= x->tuning.time * (1.0f - share) / share * (omega - x->omega);
+    }
     x->omega = omega;
     if (x->tuning.ratio != 0.0f) {
         x->flux = x->emf_mean.q / omega;
@@ -298,23 +311,27 @@ static float per_ampere(const inductance_sums_t *sum, float with_s, float with_c
     return power / square;
 }
 
-/* Frequency of the dither [rad/s] if the rotor turns so fast that its swing is eliminated; 0: it is not. */
-static float eliminated(const inductance_t *x, float omega)
-{
-    const float wave = HALF_TURN * x->tuning.wave[x->which].step / x->tuning.time;
-    return bounds_magnitude(omega) >= INDUCTANCE_APART * wave ? wave : 0.0f;
-}
-
 /* L_d,true - L_q,assumed of a round rotor [H]. The EMF of the rotor's own swing is p per ampere of i_d, in
  * step with it. With dL it makes e_q = omega dL + p in step with i_d, and e_d = W dL + omega/W p a quarter of
  * a cycle ahead. p vanishes from the difference. Where omega is not INDUCTANCE_APART of W, this difference
  * is too small beside the noise, and p counts as zero. */
 static float beside(const inductance_t *x, float omega)
 {
-    const float w = eliminated(x, omega);
+    const float w = eliminated(x, omega, x->which);
     const float in_step = per_ampere(&x->sum, x->sum.emf, x->sum.emf_c);
     const float ahead = per_ampere(&x->sum, x->sum.drop_c, -x->sum.drop);
     return (omega * in_step - w * ahead) / (omega * omega - w * w);
+}
+
+/* True if the rotor swings with the dither by so much that its EMF p is SHAKEN of the voltage of L, and the
+ * next frequency eliminates the swing as well. */
+static bool is_shaken(const inductance_t *x, float omega)
+{
+    if (x->which + 1u >= INDUCTANCE_FREQUENCIES || eliminated(x, omega, x->which + 1u) == 0.0f) {
+        return false;
+    }
+    const float p = per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) - omega * beside(x, omega);
+    return !bounds_within(p, SHAKEN * bounds_magnitude(omega) * x->tuning.inductance_q);
 }
 
 /* L_q from the cycle that ends now [H]; 0: it is not plausible. */
@@ -347,20 +364,20 @@ static bool is_in_vain(const inductance_swing_t *swing, float current, float s, 
 /* The next cycle opposes the swing of i_q that this one has measured, unless its L is not plausible. A share
  * of the opposing current decays: where the frequency of the dither is a resonance of the shaft, the speed
  * control turns the answer to it by a quarter of a cycle and more, and the opposing current would grow. If it
- * grows nevertheless, the next cycle has another frequency, and what the swing has taught is discarded,
- * unless the law has eliminated the swing. */
-static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausible)
+ * grows nevertheless, or if the rotor swings although i_q does not, the next cycle has another frequency.
+ * What the swing has taught is discarded, unless the law has eliminated it. */
+static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausible, bool shaken)
 {
     inductance_swing_t *swing = &x->swing;
     const float s = wave->per_sum * swing->s;
     const float c = wave->per_sum * swing->c;
-    swing->vain = is_in_vain(swing, x->current, s, c) ? swing->vain + 1u : swing->vain >> 1;
+    swing->vain = shaken || is_in_vain(swing, x->current, s, c) ? swing->vain + 1u : swing->vain >> 1;
     if (swing->vain >= VAIN_CYCLES && x->which + 1u < INDUCTANCE_FREQUENCIES) {
         swing->from = x->which + 1u;
         swing->vain = 0u;
         swing->against_s = 0.0f;
         swing->against_c = 0.0f;
-        if (eliminated(x, x->omega) == 0.0f) {
+        if (eliminated(x, x->omega, x->which) == 0.0f) {
             begin_again(x);
         }
         return;
@@ -421,7 +438,7 @@ static void end(inductance_t *x, float omega_smooth)
     const float said = valid ? said_by(x, omega_smooth) : 0.0f;
     bool learnt = false;
     if (valid) {
-        oppose(x, wave, said > 0.0f);
+        oppose(x, wave, said > 0.0f, is_shaken(x, omega_smooth));
     }
     if (said > 0.0f) {
         const inductance_tuning_t *tuning = &x->tuning;

@@ -135,10 +135,10 @@ static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
         to_speed(true, rpm, n % 2u ? 1.2 : 0.8, NULL);
         run_real(rig);
         learn();
-        run_seconds(rig, 6.0);
+        run_seconds(rig, 8.0);
         printf("light, %5.0f r/min, L x %.1f: L %+.2f %%\n", rpm, n % 2u ? 1.2 : 0.8,
                100.0 * (ratio() - 1.0));
-        TEST_ASSERT_DOUBLE_WITHIN(0.06, 1.0, ratio()); /* one of a hundred runs has 4.5 % */
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, 1.0, ratio()); /* after 6 s one run of 272 had 8 % */
     }
 }
 

@@ -15,7 +15,8 @@
 #define LARGE         0.125f    /* [-] of the dither: an opposing current that must have reduced the swing */
 #define REMAINS       0.125f    /* [-] of the opposing current: twice the swing that its decay leaves */
 #define VAIN_CYCLES   16u       /* [-] */
-#define SHAKEN        0.05f     /* [-] of omega L: EMF of the swing from which the dither drives the shaft */
+#define SWING         0.02f     /* [-] of omega L: least EMF of a swing that is eliminated */
+#define SHAKEN        0.05f     /* [-] of omega L: EMF of a swing from which the dither drives the shaft */
 #define WAVE_SQUARE   0.53333333f /* mean of s^2 [-] */
 #define SWINGS        2.0f        /* [-] of the mean square of the dither: i_d swings beside it by as much */
 #define HALF_TURN     3.14159265f /* [rad] of the wave, whose t advances by 1 */
@@ -311,36 +312,42 @@ static float per_ampere(const inductance_sums_t *sum, float with_s, float with_c
     return power / square;
 }
 
-/* L_d,true - L_q,assumed of a round rotor [H]. The EMF of the rotor's own swing is p per ampere of i_d, in
- * step with it. With dL it makes e_q = omega dL + p in step with i_d, and e_d = W dL + omega/W p a quarter of
- * a cycle ahead. p vanishes from the difference. Where omega is not INDUCTANCE_APART of W, this difference
- * is too small beside the noise, and p counts as zero. */
-static float beside(const inductance_t *x, float omega)
+/* True if this EMF of the rotor's swing per ampere [ohm] exceeds this share of the voltage of L. */
+static bool exceeds(const inductance_t *x, float p, float share)
 {
-    const float w = eliminated(x, omega, x->which);
-    const float in_step = per_ampere(&x->sum, x->sum.emf, x->sum.emf_c);
-    const float ahead = per_ampere(&x->sum, x->sum.drop_c, -x->sum.drop);
-    return (omega * in_step - w * ahead) / (omega * omega - w * w);
+    return !bounds_within(p, share * bounds_magnitude(x->omega) * x->tuning.inductance_q);
 }
 
-/* True if the rotor swings with the dither by so much that its EMF p is SHAKEN of the voltage of L, and the
- * next frequency eliminates the swing as well. */
-static bool is_shaken(const inductance_t *x, float omega)
+/* L_d,true - L_q,assumed of a round rotor [H]. The EMF of the rotor's own swing is p per ampere of i_d, in
+ * step with it. With dL it makes e_q = omega dL + p in step with i_d, and e_d = W dL + omega/W p a quarter of
+ * a cycle ahead. p vanishes from the difference. A p below SWING is noise and counts as zero. The same
+ * applies where omega is not INDUCTANCE_APART of W, because the difference is too small there. */
+static float beside(const inductance_t *x, float omega)
+{
+    const float in_step = per_ampere(&x->sum, x->sum.emf, x->sum.emf_c);
+    const float ahead = per_ampere(&x->sum, x->sum.drop_c, -x->sum.drop);
+    const float w = eliminated(x, omega, x->which);
+    const float beyond = (omega * in_step - w * ahead) / (omega * omega - w * w);
+    return exceeds(x, in_step - omega * beyond, SWING) ? beyond : in_step / omega;
+}
+
+/* True if the rotor swings with the dither by so much that its EMF p exceeds SHAKEN, and the next frequency
+ * eliminates the swing as well; `beyond` is dL of this cycle [H]. */
+static bool is_shaken(const inductance_t *x, float omega, float beyond)
 {
     if (x->which + 1u >= INDUCTANCE_FREQUENCIES || eliminated(x, omega, x->which + 1u) == 0.0f) {
         return false;
     }
-    const float p = per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) - omega * beside(x, omega);
-    return !bounds_within(p, SHAKEN * bounds_magnitude(omega) * x->tuning.inductance_q);
+    return exceeds(x, per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) - omega * beyond, SHAKEN);
 }
 
-/* L_q from the cycle that ends now [H]; 0: it is not plausible. */
-static float said_by(const inductance_t *x, float omega)
+/* L_q from the cycle that ends now [H], whose dL of a round rotor is `beyond` [H]; 0: it is not plausible. */
+static float said_by(const inductance_t *x, float omega, float beyond)
 {
     const inductance_tuning_t *tuning = &x->tuning;
     const float miss =
         tuning->ratio != 0.0f
-            ? tuning->ratio * (beside(x, omega) - (tuning->inductance_d - tuning->inductance_q))
+            ? tuning->ratio * (beyond - (tuning->inductance_d - tuning->inductance_q))
             : -per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * answer_at(x, x->mean));
     const float said = tuning->inductance_q + miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
@@ -435,10 +442,11 @@ static void end(inductance_t *x, float omega_smooth)
     const bool swings = x->sum.square > SWINGS * WAVE_SQUARE * (float)wave->steps * told * told;
     const bool valid = steady != UNSTEADY && !swings && x->follows != 0u &&
                        is_locked(x, wave, bounds_magnitude(omega_smooth));
-    const float said = valid ? said_by(x, omega_smooth) : 0.0f;
+    const float beyond = x->tuning.ratio != 0.0f ? beside(x, omega_smooth) : 0.0f;
+    const float said = valid ? said_by(x, omega_smooth, beyond) : 0.0f;
     bool learnt = false;
     if (valid) {
-        oppose(x, wave, said > 0.0f, is_shaken(x, omega_smooth));
+        oppose(x, wave, said > 0.0f, is_shaken(x, omega_smooth, beyond));
     }
     if (said > 0.0f) {
         const inductance_tuning_t *tuning = &x->tuning;

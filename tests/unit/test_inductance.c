@@ -393,6 +393,22 @@ static void test_l_goes_to_the_truth_while_the_rotor_swings_with_the_dither(void
     }
 }
 
+/* A swing whose EMF p is 0.9 % of omega L counts as zero: omega dL + p = 0 in the end. One of
+ * 2.5 % is eliminated. */
+static void test_a_swing_that_is_small_beside_l_counts_as_noise(void)
+{
+    motor_t motor = usual();
+    motor.omega = 800.0;
+    motor.mobility = 0.009 * 800.0 * L_TRUE / PSI;
+    begin(&motor);
+    run(&motor, 6.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 1.009, ratio());
+    motor.mobility = 0.025 * 800.0 * L_TRUE / PSI;
+    begin(&motor);
+    run(&motor, 6.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 1.0, ratio());
+}
+
 /* The true R is half and twice the assumed one. The loop has a constant angle, follows a part of the
  * dither, or follows most of it: the learnt R must be the same, in both directions, with torque and
  * without. */

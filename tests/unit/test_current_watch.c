@@ -400,7 +400,7 @@ static void test_rise_of_a_saturated_axis_is_no_wrong_gain(void)
 
 /* The condition of time is 32 periods without current, up to the end of a window, in a phase whose voltage
  * exceeds the 11.2 V that the dead time may take; 10 V could be hidden by it. 100 V less 11.2 V change the
- * flux by 2.6 psi_f in 5.4 ms, which is more than any flux. Half of this is enough if a forced frame moves
+ * flux by 2.9 psi_f in 6.0 ms, which is more than any flux. Half of this is enough if a forced frame moves
  * the rotor; if no phase carries current, the dead time may take twice as much.
  *
  * If a switch is open, its diode carries 1.2 A of the 3 A that are requested in phase a. This is less than
@@ -427,9 +427,9 @@ static void test_a_phase_without_its_current_is_lost(void)
     } cases[] = {
         {0u, 300.0f, 13.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 32.0, 48.0},
         {0u, 300.0f, 10.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 0.0, 0.0},
-        {0u, 300.0f, 100.0f, 0.0f, 1.0f, {0.0f, 0.0f}, 2.6 * volt_seconds, 2.6 * volt_seconds + 17.0},
-        {FORCED, 300.0f, 100.0f, 0.0f, 1.0f, {0.0f, 0.0f}, 1.3 * volt_seconds, 1.3 * volt_seconds + 17.0},
-        {0u, 300.0f, 100.0f, 0.0f, 0.0f, {0.0f, 0.0f}, 2.6 * longer, 2.6 * longer + 17.0},
+        {0u, 300.0f, 100.0f, 0.0f, 1.0f, {0.0f, 0.0f}, 2.9 * volt_seconds, 2.9 * volt_seconds + 17.0},
+        {FORCED, 300.0f, 100.0f, 0.0f, 1.0f, {0.0f, 0.0f}, 1.45 * volt_seconds, 1.45 * volt_seconds + 17.0},
+        {0u, 300.0f, 100.0f, 0.0f, 0.0f, {0.0f, 0.0f}, 2.9 * longer, 2.9 * longer + 17.0},
         {CONTRADICTED, 300.0f, 20.0f, 1.2f, 2.0f, {3.0f, 3.0f}, 32.0, 60.0},
         {0u, 300.0f, 20.0f, 1.2f, 2.0f, {3.0f, 3.0f}, 0.0, 0.0},
         {LIMITED, 74.0f, 8.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 128.0, 144.0},
@@ -740,11 +740,11 @@ static uint32_t periods_until_maybe(float voltage)
     return 0u;
 }
 
-/* The warning requires a tenth of 2.6 psi_f. The dead time may take 22.4 V of the 30 V if the signs of all
+/* The warning requires a tenth of 2.9 psi_f. The dead time may take 22.4 V of the 30 V if the signs of all
  * three currents are uncertain. A window has 8 periods, and the first window is not judged. */
 static void test_a_tenth_of_the_flux_in_a_phase_without_current_is_a_warning(void)
 {
-    const double expected = 0.1 * 2.6 * 0.183 / (30.0 - 2.0 * 4.0 / 3.0 * (7.5 + 0.9)) / PERIOD;
+    const double expected = 0.1 * 2.9 * 0.183 / (30.0 - 2.0 * 4.0 / 3.0 * (7.5 + 0.9)) / PERIOD;
     const uint32_t until = periods_until_maybe(30.0f);
     TEST_ASSERT_TRUE(until >= (uint32_t)expected && until <= (uint32_t)expected + 17u);
 }

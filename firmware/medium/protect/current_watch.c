@@ -39,7 +39,7 @@
 #define NONE_SHARE    0.0075f /* [-] of the range: largest value of a phase without current */
 #define CARRIES_SHARE 0.02f   /* [-] of the range: least requested current, least current of another */
 #define LOSS_TIME     3.2e-3f /* [s] */
-#define FLUX_TURN     2.6f  /* [-] of psi_f: half a turn, and an assumed psi_f that is a quarter too small */
+#define FLUX_TURN     2.9f  /* [-] of psi_f: half a turn, and an assumed psi_f that is 0.3 too small */
 #define SUM_SHARE     0.08f /* [-] of the range */
 #define TURN_DOUBT    3.33333333f /* [-] speed of a tracked rotor over the speed whose EMF is uncertain */
 #define KNOWN         3u          /* [windows] from which on p - m of the last but one is known */

@@ -37,10 +37,11 @@ enum {
     IN_WINDING = 256,
     IN_MODULE = 512,
     IN_SHAFT = 1024,
-    IN_MEMORY = 2048, /* anything may be wrong */
-    IN_MAGNET = 4096, /* a magnet so weak that its EMF may count as missing */
-    IN_SCALE = 8192,  /* a link that is shown so much too low that the observed EMF may count as missing */
-    IN_WIRES = 16384, /* open wires or switches of two phases, or of one with nearly no requested current */
+    IN_MEMORY = 2048,  /* anything may be wrong */
+    IN_MAGNET = 4096,  /* a magnet so weak that its EMF may count as missing */
+    IN_SCALE = 8192,   /* a link that is shown so much too low that the observed EMF may count as missing */
+    IN_WIRES = 16384,  /* open wires or switches of two phases, or of one with nearly no requested current */
+    IN_OFFSET = 32768, /* an offset has moved by more than nearly no current, and is unknown */
 };
 
 static const struct {
@@ -138,7 +139,7 @@ static const struct {
     /* a frame that does not follow the rotor causes currents like those of a broken wire, in one of twenty
      * runs; a sensor with a shifted zero shows no current although its phase carries one, and a dead time
      * of the wrong sign changes the EMF by less than a wrong psi_f does */
-    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT, BY_FRAME},
+    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT | IN_OFFSET, BY_FRAME},
     {REASON_BACKGROUND_STALLED, IN_TIME, BY_FAULT},
     {REASON_PROGRAM_CORRUPT, 0u, BY_FAULT},
     {REASON_PARAMS_CORRUPT, 0u, BY_FAULT},
@@ -248,6 +249,7 @@ static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t sinc
         present(watch, since) | (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
     what |= lately(watch->truth.scaled_at, period, WITNESS) ? IN_SCALE : 0u;
     what |= lately(watch->truth.apart_at, period, WITNESS) || is_unseen(watch, since) ? IN_WIRES : 0u;
+    what |= watch->truth.step > watch->truth.none ? IN_OFFSET : 0u;
     what |= watch->truth.stopping;
     what &= watch->truth.weak ? ~UINT32_C(0) : ~(uint32_t)IN_MAGNET;
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {

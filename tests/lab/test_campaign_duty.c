@@ -670,6 +670,30 @@ static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured
     }
 }
 
+/* A phase whose sensor shows less than 0.75 % of the range counts as one without current. Until the
+ * offsets have been measured again, a step of more than 1 %, 0.2 A, may hide a current. */
+static void test_a_step_of_the_offsets_is_a_lost_phase_until_they_are_measured(void)
+{
+    static const struct {
+        double step, seconds; /* [A]; time at rest after it [s] */
+        int end;
+    } cases[] = {
+        {0.21, 0.0, HELD}, {0.19, 0.0, CAMPAIGN_I_REASON_TRUE}, {0.21, 0.12, CAMPAIGN_I_REASON_TRUE}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("", 0.0);
+        observed.event_count = 1u;
+        observed.events[0] =
+            (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = 500.0 * PERIOD, .value = cases[n].step};
+        inject("", 0.0, 0.0);
+        pass(503.0 * PERIOD);
+        set_rows("gates=0 state=ready enable=off");
+        pass(PERIOD + cases[n].seconds);
+        set_rows(LATCHED("phase_loss"));
+        pass(WINDOWS + PERIOD);
+        expect(cases[n].end, "phase_loss");
+    }
+}
+
 /* The rated speed is 157 rad/s and the request 80 rad/s. The torque, of a rated 10.98 N m, drives the
  * speed away from the request. In each quarter of three time constants the speed has the given error. The
  * load is 2 N m at first and has the given value [N m] from the middle on. */

@@ -5,6 +5,7 @@
 #include "math/winding.h"
 #include "medium/adapt/gain.h"
 #include "medium/adapt/inductance_dither.h"
+#include "medium/adapt/inductance_swing.h"
 
 #define TWELFTH       0.083333333f
 #define SLOW_TIMES    UINT32_C(3) /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
@@ -15,11 +16,8 @@
 #define LARGE         0.125f    /* [-] of the dither: an opposing current that must have reduced the swing */
 #define REMAINS       0.125f    /* [-] of the opposing current: twice the swing that its decay leaves */
 #define VAIN_CYCLES   16u       /* [-] */
-#define SWING         0.02f     /* [-] of omega L: least EMF of a swing that is eliminated */
-#define SHAKEN        0.05f     /* [-] of omega L: EMF of a swing from which the dither drives the shaft */
 #define WAVE_SQUARE   0.53333333f /* mean of s^2 [-] */
 #define SWINGS        2.0f        /* [-] of the mean square of the dither: i_d swings beside it by as much */
-#define HALF_TURN     3.14159265f /* [rad] of the wave, whose t advances by 1 */
 #define SHARE_MAX     0.5f        /* [-] */
 #define ANSWER_OFF    0.5f        /* [-] of the commanded i_d: largest difference */
 #define EMF_MIN       0.5f        /* [-] of psi_f |omega| */
@@ -234,22 +232,13 @@ static bool turns_with(inductance_t *x, const inductance_input_t *input)
     return !bounds_within(answer_at(x, input->current), ANSWER_LEAST);
 }
 
-/* This frequency of the dither [rad/s] if the rotor is round and turns so fast that its swing is eliminated;
- * else 0. */
-static float eliminated(const inductance_t *x, float omega, uint32_t which)
-{
-    const float wave = HALF_TURN * x->tuning.wave[which].step / x->tuning.time;
-    const bool fast = bounds_magnitude(omega) >= INDUCTANCE_APART * wave;
-    return fast && x->tuning.ratio != 0.0f ? wave : 0.0f;
-}
-
 /* The loop's angle counts from a rotation at this speed [rad/s] from now on. Where the swing is eliminated,
  * the high-pass changes at once by its answer to the difference of the rotations, which otherwise would
  * settle in the cycle. */
 static void turn_at(inductance_t *x, float omega)
 {
     const float share = x->tuning.mean_share;
-    if (eliminated(x, omega, x->which) != 0.0f) {
+    if (inductance_eliminated(x, omega, x->which) != 0.0f) {
         x->turned -= x->tuning.time * (1.0f - share) / share * (omega - x->omega);
     }
     x->omega = omega;
@@ -303,44 +292,6 @@ static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, floa
     return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
-/* A voltage per ampere of i_d, from its sums with s and c: the component in step with i_d in this cycle
- * [ohm]. The low-pass that is subtracted, and the current control, shift i_d against the wave. */
-static float per_ampere(const inductance_sums_t *sum, float with_s, float with_c)
-{
-    const float power = with_s * sum->answer + with_c * sum->answer_c;
-    const float square = sum->answer * sum->answer + sum->answer_c * sum->answer_c;
-    return power / square;
-}
-
-/* True if this EMF of the rotor's swing per ampere [ohm] exceeds this share of the voltage of L. */
-static bool exceeds(const inductance_t *x, float p, float share)
-{
-    return !bounds_within(p, share * bounds_magnitude(x->omega) * x->tuning.inductance_q);
-}
-
-/* L_d,true - L_q,assumed of a round rotor [H]. The EMF of the rotor's own swing is p per ampere of i_d, in
- * step with it. With dL it makes e_q = omega dL + p in step with i_d, and e_d = W dL + omega/W p a quarter of
- * a cycle ahead. p vanishes from the difference. A p below SWING is noise and counts as zero. The same
- * applies where omega is not INDUCTANCE_APART of W, because the difference is too small there. */
-static float beside(const inductance_t *x, float omega)
-{
-    const float in_step = per_ampere(&x->sum, x->sum.emf, x->sum.emf_c);
-    const float ahead = per_ampere(&x->sum, x->sum.drop_c, -x->sum.drop);
-    const float w = eliminated(x, omega, x->which);
-    const float beyond = (omega * in_step - w * ahead) / (omega * omega - w * w);
-    return exceeds(x, in_step - omega * beyond, SWING) ? beyond : in_step / omega;
-}
-
-/* True if the rotor swings with the dither by so much that its EMF p exceeds SHAKEN, and the next frequency
- * eliminates the swing as well; `beyond` is dL of this cycle [H]. */
-static bool is_shaken(const inductance_t *x, float omega, float beyond)
-{
-    if (x->which + 1u >= INDUCTANCE_FREQUENCIES || eliminated(x, omega, x->which + 1u) == 0.0f) {
-        return false;
-    }
-    return exceeds(x, per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) - omega * beyond, SHAKEN);
-}
-
 /* L_q from the cycle that ends now [H], whose dL of a round rotor is `beyond` [H]; 0: it is not plausible. */
 static float said_by(const inductance_t *x, float omega, float beyond)
 {
@@ -348,7 +299,7 @@ static float said_by(const inductance_t *x, float omega, float beyond)
     const float miss =
         tuning->ratio != 0.0f
             ? tuning->ratio * (beyond - (tuning->inductance_d - tuning->inductance_q))
-            : -per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * answer_at(x, x->mean));
+            : -inductance_per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * answer_at(x, x->mean));
     const float said = tuning->inductance_q + miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
@@ -384,7 +335,7 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave, bool plausibl
         swing->vain = 0u;
         swing->against_s = 0.0f;
         swing->against_c = 0.0f;
-        if (eliminated(x, x->omega, x->which) == 0.0f) {
+        if (inductance_eliminated(x, x->omega, x->which) == 0.0f) {
             begin_again(x);
         }
         return;
@@ -412,7 +363,7 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
 /* R from the component of e_d that is in step with i_d in this cycle [ohm]. */
 static float resistance_said(const inductance_t *x)
 {
-    const float beyond = per_ampere(&x->sum, x->sum.drop, x->sum.drop_c);
+    const float beyond = inductance_per_ampere(&x->sum, x->sum.drop, x->sum.drop_c);
     return x->tuning.resistance + bounds_clamp(beyond, x->resistance.from);
 }
 
@@ -442,11 +393,11 @@ static void end(inductance_t *x, float omega_smooth)
     const bool swings = x->sum.square > SWINGS * WAVE_SQUARE * (float)wave->steps * told * told;
     const bool valid = steady != UNSTEADY && !swings && x->follows != 0u &&
                        is_locked(x, wave, bounds_magnitude(omega_smooth));
-    const float beyond = x->tuning.ratio != 0.0f ? beside(x, omega_smooth) : 0.0f;
+    const float beyond = x->tuning.ratio != 0.0f ? inductance_beside(x, omega_smooth) : 0.0f;
     const float said = valid ? said_by(x, omega_smooth, beyond) : 0.0f;
     bool learnt = false;
     if (valid) {
-        oppose(x, wave, said > 0.0f, is_shaken(x, omega_smooth, beyond));
+        oppose(x, wave, said > 0.0f, inductance_is_shaken(x, omega_smooth, beyond));
     }
     if (said > 0.0f) {
         const inductance_tuning_t *tuning = &x->tuning;
@@ -495,19 +446,6 @@ static float turned_part(const inductance_t *x, float change)
     return TWELFTH * x->tuning.time * x->omega * change;
 }
 
-/* The value of the dither's wave at t, -1..1. */
-static float wave_at(float t)
-{
-    return 4.0f * t * (1.0f - bounds_magnitude(t));
-}
-
-/* The position in the wave that follows by `by`. */
-static float later(float t, float by)
-{
-    const float next = t + by;
-    return next < 1.0f ? next : next - 2.0f;
-}
-
 void inductance_step(inductance_t *x, const inductance_input_t *input)
 {
     const float share = x->tuning.mean_share;
@@ -518,13 +456,13 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->mean.d = lowpass_step(x->mean.d, share, input->current.d);
     x->mean.q = lowpass_step(x->mean.q, share, input->current.q);
     const float step = x->tuning.wave[x->which].step;
-    const float s = wave_at(x->t);
-    const float c = wave_at(later(x->t, 0.5f));
-    const float t = later(x->t, x->tuning.ahead * step);
-    const float given = wave_at(t);
+    const float s = inductance_wave_at(x->t);
+    const float c = inductance_wave_at(inductance_later(x->t, 0.5f));
+    const float t = inductance_later(x->t, x->tuning.ahead * step);
+    const float given = inductance_wave_at(t);
     const float d = x->current * given;
-    x->dither =
-        (dq_t){d, x->along * d + x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
+    x->dither = (dq_t){d, x->along * d + x->swing.against_s * given +
+                              x->swing.against_c * inductance_wave_at(inductance_later(t, 0.5f))};
     const float i_d = input->current.d - x->mean.d;
     const float i_q = input->current.q - x->mean.q - x->along * i_d - turned_part(x, i_d - x->swing.i_d);
     x->swing.i_d = i_d;

@@ -78,4 +78,17 @@ static inline float inductance_amplitude(const inductance_tuning_t *tuning, floa
     return bounds_more(tuning->current, bounds_less(slow, most));
 }
 
+/* The value of the dither's wave at t, -1..1. */
+static inline float inductance_wave_at(float t)
+{
+    return 4.0f * t * (1.0f - bounds_magnitude(t));
+}
+
+/* The position in the wave that follows by `by`. */
+static inline float inductance_later(float t, float by)
+{
+    const float next = t + by;
+    return next < 1.0f ? next : next - 2.0f;
+}
+
 #endif

@@ -35,12 +35,12 @@
  * omega_e^2 = 4 K |i| on the axis, and its EMF then turns by psi_f omega_e^2 T_w in a window: an error of 4
  * of these units. The ratio of m to p stays above GAIN_MIN if the error is at most 1 - GAIN_MIN of p. */
 #define GAIN_SWING    (4.0f / (1.0f - GAIN_MIN))
-#define GAIN_PAIR     2.5f    /* [-] of the smallest Dp^2: least Dp^2 of a sensor that is compared */
-#define NONE_SHARE    0.0075f /* [-] of the range: largest value of a phase without current */
-#define CARRIES_SHARE 0.02f   /* [-] of the range: least requested current, least current of another */
-#define LOSS_TIME     3.2e-3f /* [s] */
-#define FLUX_TURN     2.9f  /* [-] of psi_f: half a turn, and an assumed psi_f that is 0.3 too small */
-#define SUM_SHARE     0.08f /* [-] of the range */
+#define GAIN_PAIR     2.5f        /* [-] of the smallest Dp^2: least Dp^2 of a sensor that is compared */
+#define NONE_SHARE    0.0075f     /* [-] of the range: largest value of a phase without current */
+#define CARRIES_SHARE 0.02f       /* [-] of the range: least requested current, least current of another */
+#define LOSS_TIME     3.2e-3f     /* [s] */
+#define FLUX_TURN     2.9f        /* [-] of psi_f: half a turn, and an assumed psi_f that is 0.3 too small */
+#define SUM_SHARE     0.08f       /* [-] of the range */
 #define TURN_DOUBT    3.33333333f /* [-] speed of a tracked rotor over the speed whose EMF is uncertain */
 #define KNOWN         3u          /* [windows] from which on p - m of the last but one is known */
 

@@ -127,9 +127,16 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(true_i_c)                                                                                              \
     R(theta_err)                                                                                             \
     R(theta_sigma)                                                                                           \
-    R(true_omega_m) R(true_u_dc) R(shoot_throughs) R(chip_reports) R(true_torque) R(omega_m_ref) R(i_d_ref)  \
-        R(i_q_ref) R(frame_theta_e) R(u_alpha) R(u_beta) R(true_theta_e) R(speed_request) R(i_q_request)     \
-            R(load_torque) CAMPAIGN_LEARNT(R)
+    R(true_omega_m)                                                                                          \
+    R(true_u_dc)                                                                                             \
+    R(shoot_throughs)                                                                                        \
+    R(chip_reports)                                                                                          \
+    R(true_torque)                                                                                           \
+    R(omega_m_ref)                                                                                           \
+    R(i_d_ref)                                                                                               \
+    R(i_q_ref)                                                                                               \
+    R(frame_theta_e)                                                                                         \
+    R(u_alpha) R(u_beta) R(true_theta_e) R(speed_request) R(i_q_request) R(load_torque) CAMPAIGN_LEARNT(R)
 /* The learnt values that change the mean of the angle. Others, the shape of the EMF and differences of the
  * legs, change only its ripple. */
 #define CAMPAIGN_LEARNT(R) R(dead_time_hat) R(inductance_hat) R(resistance_hat)

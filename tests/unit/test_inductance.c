@@ -613,6 +613,24 @@ static void test_what_an_interval_without_agreement_has_learnt_is_not_kept(void)
     }
 }
 
+/* Six cycles that agree bring the confidence to 0.67 and change L. Then no cycle has a result, because the
+ * loop is not locked, until the interval ends: the value returns to that of the parameter. */
+static void test_what_few_cycles_have_learnt_is_not_kept_if_the_interval_fails(void)
+{
+    motor_t motor = usual();
+    begin(&motor);
+    motor.l_d = motor.l_q = 1.3 * L_TRUE;
+    run(&motor, 0.22);
+    TEST_ASSERT_TRUE(x.learnt.value > (float)(1.02 * L_TRUE));
+    TEST_ASSERT_TRUE(x.confidence > 0.6f && x.confidence < 0.9f);
+    motor.detector = 0.2;
+    for (int n = 0; n < 400 && x.look.failed == 0u; n++) {
+        run(&motor, 0.01);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, x.look.failed);
+    TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);
+}
+
 /* Six cycles that agree bring the confidence to 0.67, and the load ends: the value returns to that of the
  * parameter. After 2 s the confidence is above 0.9, and the value stays. */
 static void test_what_few_cycles_have_learnt_is_not_kept_without_torque(void)

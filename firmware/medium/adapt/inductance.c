@@ -139,10 +139,11 @@ static bool looks_for_resistance(const inductance_t *x, float speed)
            x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
-/* Ends an interval. Values that it has learnt before its cycles contradicted each other are not used. */
+/* Ends an interval. Values that it has learnt before its cycles contradicted each other are not used: few
+ * results of a light rotor agree by chance. */
 static void settle(inductance_t *x, bool failed)
 {
-    if (x->confidence > CONFIDENT) {
+    if (x->confidence > (failed ? CERTAIN : CONFIDENT)) {
         x->look.kept = x->learnt.value;
     } else if (failed) {
         x->learnt.value = x->look.kept;

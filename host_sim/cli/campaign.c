@@ -163,6 +163,8 @@ static reading_t bad_file(const char *path, uint32_t line, const char *why)
     return (reading_t){.exit_code = EXIT_USAGE};
 }
 
+#define COLUMNS_BEGIN "run,end," /* of the names of the columns, in each version of the program */
+
 /* Reads the finished runs into `results`, which is made when the first head is known (campaign->runs 0). A
  * last line without its end was being written when the campaign was stopped, and is left out. */
 static reading_t read_results(FILE *file, const char *path, campaign_t *campaign, campaign_result_t **results)
@@ -197,6 +199,12 @@ static reading_t read_results(FILE *file, const char *path, campaign_t *campaign
         if (line == 2u && strcmp(text, CAMPAIGN_COLUMNS) == 0) {
             reading.good = ftell(file);
             continue;
+        }
+        if (line == 2u && strncmp(text, COLUMNS_BEGIN, strlen(COLUMNS_BEGIN)) == 0) {
+            return bad_file(
+                path, line,
+                "the columns are not those of this program; merge the results with the program that "
+                "made them, or run the campaign again");
         }
         if (!campaign_read_line(text, campaign->runs, &run, &result)) {
             return bad_file(path, line, "no result of a run");

@@ -43,6 +43,10 @@ class Campaign(TestCase):
                 (f"30,1,{none}", "3,45,0,0,0,0,0,0,0,0,0"), (f"20,1,{none}", "9999,45,0,0,0,0,0,0,0,0,0"), (f"20,4,{none}", "3,45,0,0,0,0,0,0,0,0,0"), (f"20,1,{none}", "3,45,0,0,7,0,0,0,0,0,0"),
                 (f"20,1,{none}", "3,45,0,0,0,0,0,0,0,0"), (f"20,1,{none}", "3,45,0,0,0,0,0,0,5,6,0"), (f"-1,1,{none}", "3,45,0,0,0,0,0,0,0,0,0")):
             self.expect(2, self.merge(f"{start},900,0,{end}\n"), ":3: no result of a run")
+        self.columns = "run,end,invariant,period\n"  # of an earlier program
+        self.expect(2, self.merge(self.line), "campaign.csv:2: the columns are not those of this program")
+        self.columns = ""  # without the names a line of a run follows the first one
+        self.expect(1, self.merge(self.line), "29 of 30 runs are not done")
         for runs in ("0", "1000001", "4294967295"):
             self.expect(2, self.merge(self.line, head=self.head.replace("runs 30", f"runs {runs}")), ":1: no campaign")
         shutil.copy(os.path.join(CASES, "merge_overflow.csv"), self.results)  # the file from the report of this defect

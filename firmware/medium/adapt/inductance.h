@@ -42,7 +42,7 @@
  * of its harmonics, and the dead time. Below INDUCTANCE_SLOW the amplitude therefore grows with the
  * reciprocal of the speed, up to INDUCTANCE_SLOW_MOST and to 1/INDUCTANCE_TORQUE of i_q. A light rotor, which
  * the dither would set swinging, and a salient rotor, whose law is linear in the dither, keep their
- * amplitude. One division at the beginning of a cycle.
+ * amplitude. Up to four divisions at the beginning of a cycle.
  *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the
@@ -56,7 +56,7 @@
  *
  * One step in every `every` periods of T, from the means over these. The means of a step are compared with
  * the dither of the previous step. If the dither acts later than that, it is output earlier by the
- * difference. Two divisions at the end of a cycle.
+ * difference. Up to nine divisions at the end of a cycle.
  *
  * The e_q of a salient rotor does not show L_q, because an angle error changes it, too. Its dither keeps the
  * torque, di_q = t di_d with t = D i_q/psi_a, and the angle shows L_q: the angle of the loop and the part
@@ -69,7 +69,8 @@
  * place of psi_a and another factor G (docs/theory.md, 24). L_q is then the one without current.
  *
  * L_d then stays, and R is not learnt. Above L_q = 1.1 L_d without `salient_too`, and up to 1.5 L_d, the rate
- * is 0; so it is for a round rotor that saturates. Two divisions more in a cycle. */
+ * is 0; so it is for a round rotor that saturates. Two divisions in a cycle instead of those of the round
+ * rotor. */
 #ifndef MEDIUM_ADAPT_INDUCTANCE_H
 #define MEDIUM_ADAPT_INDUCTANCE_H
 

@@ -4,8 +4,7 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define SIGMAS    3.0 /* [-] theta_sigma that the true error exceeds in at most a hundredth of the periods */
-#define PER_MILLE 1000.0 /* [-] */
+#define SIGMAS 3.0 /* [-] theta_sigma that the true error exceeds in at most a hundredth of the periods */
 
 #define CURRENT_SAMPLES 3u /* two periods from the first to the last */
 
@@ -394,7 +393,9 @@ static void compare_sigma(campaign_watch_t *watch, uint32_t period, const uint32
     watch->sigma += sigma;
     const double mean =
         sqrt(watch->error_square * result->tracked); /* rms error, times the number of periods */
-    result->share = mean > 0.0 ? (uint32_t)fmin(PER_MILLE * watch->sigma / mean, PER_MILLE * PER_MILLE) : 0u;
+    result->share = mean > 0.0 ? (uint32_t)fmin(CAMPAIGN_PER_MILLE * watch->sigma / mean,
+                                                CAMPAIGN_PER_MILLE * CAMPAIGN_PER_MILLE)
+                               : 0u;
 }
 
 static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)

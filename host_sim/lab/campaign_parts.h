@@ -399,6 +399,9 @@ bool campaign_is_alarm(const campaign_result_t *result);
 void campaign_say_alarms(FILE *file, uint32_t calm, uint32_t alarms);
 void campaign_list_alarms(FILE *file, const campaign_t *campaign, const campaign_result_t *results);
 
+/* campaign_result_t.share counts thousandths. */
+#define CAMPAIGN_PER_MILLE 1000.0
+
 /* campaign_sigma.c: the two forms of the summary's text. */
 void campaign_say_sigma(FILE *file, const campaign_sigma_t *sigma);
 void campaign_json_sigma(FILE *file, const campaign_sigma_t *sigma);

@@ -9,8 +9,7 @@
 
 #define ENOUGH_PERIODS 1000u /* of a run whose share counts in the median */
 #define JUDGED_PERIODS                                                                                       \
-    10000000.0           /* of a campaign that is judged: a run has at most a five hundredth of these */
-#define PER_MILLE 1000.0 /* [-] */
+    10000000.0 /* of a campaign that is judged: a run has at most a five hundredth of these */
 
 static int compare_shares(const void *a, const void *b)
 {
@@ -41,7 +40,7 @@ static double median_of(const campaign_t *campaign, const campaign_result_t *res
     const double median =
         count == 0u ? 0.0 : 0.5 * ((double)shares[(count - 1u) / 2u] + (double)shares[count / 2u]);
     free(shares);
-    return median / PER_MILLE;
+    return median / CAMPAIGN_PER_MILLE;
 }
 
 campaign_sigma_t campaign_sigma(const campaign_t *campaign, const campaign_result_t *results)

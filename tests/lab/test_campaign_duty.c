@@ -643,6 +643,23 @@ static void test_a_change_of_speed_counts_twice_for_the_lag_of_the_loop(void)
     }
 }
 
+/* The offsets move to these values [A]; this time at rest [s] and the latched fault follow. */
+static void latch_after_drifts(const double *values, uint32_t moves, double rest, const char *latched)
+{
+    judge_anew("", 0.0);
+    observed.event_count = moves;
+    for (uint32_t n = 0; n < moves; n++) {
+        observed.events[n] = (campaign_event_t){
+            .kind = CAMPAIGN_V_DRIFT, .time = 500.0 * (n + 1u) * PERIOD, .value = values[n]};
+    }
+    inject("", 0.0, 0.0);
+    pass((500.0 * moves + 3.0) * PERIOD);
+    set_rows("gates=0 state=ready enable=off");
+    pass(PERIOD + rest);
+    set_rows(latched);
+    pass(WINDOWS + PERIOD);
+}
+
 /* 0.9 of the trip is 13.5 A. Until the offsets have been measured again, which takes 64 ms without
  * current, the step of the offsets adds to what the sensors show. */
 static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured(void)
@@ -654,18 +671,8 @@ static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured
     } cases[] = {
         {-6.6, 0.0, HELD}, {-6.4, 0.0, CAMPAIGN_I_REASON_TRUE}, {-6.6, 0.12, CAMPAIGN_I_REASON_TRUE}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        judge_anew("", 0.0);
-        observed.event_count = 2u;
-        observed.events[0] =
-            (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = 500.0 * PERIOD, .value = 7.0};
-        observed.events[1] =
-            (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = 1000.0 * PERIOD, .value = cases[n].second};
-        inject("", 0.0, 0.0);
-        pass(1003.0 * PERIOD);
-        set_rows("gates=0 state=ready enable=off");
-        pass(PERIOD + cases[n].seconds);
-        set_rows(LATCHED("overcurrent"));
-        pass(WINDOWS + PERIOD);
+        const double values[] = {7.0, cases[n].second};
+        latch_after_drifts(values, 2u, cases[n].seconds, LATCHED("overcurrent"));
         expect(cases[n].end, "overcurrent");
     }
 }
@@ -680,16 +687,7 @@ static void test_a_step_of_the_offsets_is_a_lost_phase_until_they_are_measured(v
     } cases[] = {
         {0.21, 0.0, HELD}, {0.19, 0.0, CAMPAIGN_I_REASON_TRUE}, {0.21, 0.12, CAMPAIGN_I_REASON_TRUE}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        judge_anew("", 0.0);
-        observed.event_count = 1u;
-        observed.events[0] =
-            (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = 500.0 * PERIOD, .value = cases[n].step};
-        inject("", 0.0, 0.0);
-        pass(503.0 * PERIOD);
-        set_rows("gates=0 state=ready enable=off");
-        pass(PERIOD + cases[n].seconds);
-        set_rows(LATCHED("phase_loss"));
-        pass(WINDOWS + PERIOD);
+        latch_after_drifts(&cases[n].step, 1u, cases[n].seconds, LATCHED("phase_loss"));
         expect(cases[n].end, "phase_loss");
     }
 }
